@@ -50,7 +50,8 @@ class _NameReplacer:
         joint = self._bearing(path, joint)
         for contact in _CONTACTS:
             joint = _with_changed_entry(joint, f"{path}.{contact}", contact, self._contact)
-        joint = _with_changed_entry(joint, f"{path}.material", "material", self._bearing_material)
+        of_rolling = partial(self._material, unchecked=False, used_keys=MATERIAL_KEYS[:2])  # without the strength
+        joint = _with_changed_entry(joint, f"{path}.material", "material", of_rolling)
         joint = _with_changed_entry(joint, f"{path}.film", "film", self._film)
         joint = _with_changed_entry(joint, f"{path}.thermal", "thermal", self._thermal)
         return _with_changed_entry(joint, f"{path}.wear", "wear", self._wear)
@@ -98,7 +99,9 @@ class _NameReplacer:
 
     def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
         """Return a heat balance with the thermal expansion of named materials."""
-        thermal = _with_changed_entry(thermal, f"{path}.housing", "housing", self._housing)
+        thermal = _with_changed_entry(
+            thermal, f"{path}.housing", "housing", partial(self._with_material, keys=("expansion",))
+        )
         if not isinstance(thermal.value, dict):
             return thermal
         material_path = f"{path.rpartition('.')[0]}.contact.material"
@@ -118,13 +121,8 @@ class _NameReplacer:
 
     def replace_in_body(self, path: str, body: WrittenValue) -> WrittenValue:
         """Return a body with the name of the material of its elastic link replaced by numbers."""
-        return _with_changed_entry(body, f"{path}.elastic", "elastic", self._elastic)
-
-    def _elastic(self, path: str, elastic: WrittenValue) -> WrittenValue:
-        return self._with_material(path, elastic, ("young", "density"))
-
-    def _housing(self, path: str, housing: WrittenValue) -> WrittenValue:
-        return self._with_material(path, housing, ("expansion",))
+        change = partial(self._with_material, keys=("young", "density"))
+        return _with_changed_entry(body, f"{path}.elastic", "elastic", change)
 
     def _with_material(self, path: str, section: WrittenValue, keys: tuple[str, ...]) -> WrittenValue:
         """Return a section with the name of its material replaced by the numbers of these keys."""
@@ -146,10 +144,6 @@ class _NameReplacer:
             return self._material(nested, written, unchecked=unchecked)
 
         return _with_changed_entry(contact, f"{path}.material", "material", material)
-
-    def _bearing_material(self, path: str, written: WrittenValue) -> WrittenValue:
-        """Return the material of balls and rings, whose strength is not used."""
-        return self._material(path, written, unchecked=False, used_keys=MATERIAL_KEYS[:2])
 
     def _material(
         self, path: str, written: WrittenValue, *, unchecked: bool, used_keys: tuple[str, ...] = MATERIAL_KEYS

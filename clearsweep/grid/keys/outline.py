@@ -69,9 +69,11 @@ def has_user_names(path: str) -> bool:
 def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Outline:
     """Return the outline of a grid given as plain values in the form of its file."""
     path_set = set(varied_paths)
-    stopped = {name for name, content in _section(tree.get("joints")).items() if "stops" in _section(content)}
-    ideal = {n for n in stopped if {*tree["joints"][n]} == {"stops"} and f"joints.{n}.clearance" not in path_set}
     mechanism, drive = _section(tree.get("mechanism")), _section(tree.get("drive"))
+    sections = {name: _section(content) for name, content in _section(tree.get("joints")).items()}
+    is_spatial = mechanism.get("spatial") is True
+    stopped = {name for name, content in sections.items() if "stops" in content}
+    ideal = {name for name in stopped if {*sections[name]} == {"stops"} and f"joints.{name}.clearance" not in path_set}
     bodies = _section(mechanism.get("bodies"))
     joints, output = _section(mechanism.get("joints")), _section(mechanism.get("output"))
     return Outline(
@@ -88,21 +90,17 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
             _joint_outline(name, _section(content), stops=name in stopped) for name, content in _named_entries(joints)
         ),
         rotary="point" not in output,
-        clearances=frozenset(_section(tree.get("joints"))) - ideal,
-        spatial=mechanism.get("spatial") is True,
-        axial=frozenset(_joints_with_flanges(_section(tree.get("joints"))))
-        if mechanism.get("spatial") is True
-        else frozenset(),
-        rolling=frozenset(name for name, content in _section(tree.get("joints")).items() if "type" in _section(content))
-        if mechanism.get("spatial") is not True
-        else frozenset(),
+        clearances=frozenset(sections) - ideal,
+        spatial=is_spatial,
+        axial=frozenset(name for name in sections if is_spatial and sections[name].get("flange") is not False),
+        rolling=frozenset(name for name in sections if not is_spatial and "type" in sections[name]),
         elastic=frozenset(
             name for name, content in _named_entries(bodies or mechanism) if "elastic" in _section(content)
         ),
         bending=tuple(_bending_outlines("mechanism.bodies" if bodies else "mechanism", bodies or mechanism, path_set)),
         mounts=tuple(name for name, _ in _named_entries(_section(mechanism.get("mounts")))),
         vibration=_vibration_outline(tree["vibration"], path_set, mechanism) if "vibration" in tree else None,
-        inclined=isinstance(mechanism.get("gravity"), list) and mechanism.get("spatial") is not True,
+        inclined=isinstance(mechanism.get("gravity"), list) and not is_spatial,
         length=_length_of(_section(tree.get("simulate")), path_set),
     )
 
@@ -239,11 +237,6 @@ def _bending_outlines(section: str, bodies: Mapping[str, Any], varied_paths: set
         keys = varied | set(_section(_section(content).get("elastic")))
         if "elastic" in _section(content) and keys & _BENDING_KEYS:
             yield BendingOutline(name, bool(keys & _STRETCHING_KEYS), "stress_life" in keys)
-
-
-def _joints_with_flanges(joints: Mapping[str, Any]) -> Iterable[str]:
-    """Yield the joints whose section does not declare that they have no flanges."""
-    return (name for name, content in joints.items() if _section(content).get("flange") is not False)
 
 
 def _word_pair(value: Any) -> tuple[str, str]:

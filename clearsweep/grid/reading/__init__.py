@@ -194,14 +194,10 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
     ) in misspelt_by_key.items():  # its content is read as that of the intended key, so that nothing is missing
         _record_entry(reader, entry, f"{path}.{key_name}" if path else key_name, all_keys)
     content = content | misspelt_by_key
-    for child_path, key in all_keys.items():
-        if (
-            isinstance(key, Section)
-            and child_path.rpartition(".")[0] == path
-            and path not in reader.unread_sections
-            and _is_section_missing(child_path, key, content)
-        ):
-            key_name = child_path.rpartition(".")[2]
+    for child_path, key in all_keys.items() if path not in reader.unread_sections else ():
+        parent, _, key_name = child_path.rpartition(".")
+        is_required = isinstance(key, Section) and key.need == "required" and key.unless not in content
+        if isinstance(key, Section) and is_required and parent == path and key_name not in content:
             reader.problems.add(written, child_path, f"is missing; write the section '{key_name}' ({key.text})")
 
 
@@ -229,11 +225,6 @@ def _report_invalid_names(reader: Reader, path: str, entry: WrittenValue) -> boo
     for name, message in invalid.items():
         reader.problems.add(entry.key_position(name), f"{path}.{name}", f"'{name}' {message}")
     return bool(invalid)
-
-
-def _is_section_missing(path: str, key: Section, content: dict[str, WrittenValue]) -> bool:
-    """Return whether the section at `path` is missing from its parent `content`."""
-    return key.need == "required" and path.rpartition(".")[2] not in content and key.unless not in content
 
 
 def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:

@@ -15,7 +15,7 @@ from ..keys.key_table import DIMENSIONLESS
 from ..keys.run_keys import LIFE
 from ..sections import Reader
 from ..written.definitions import expression_of
-from .machine_checks import check_film_joints, check_length, check_machine
+from .machine_checks import check_below, check_film_joints, check_length, check_machine, refuse_sticking
 from .values import COEFFICIENTS, exponent_values
 
 MAX_RELATIVE_DEPTH = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
@@ -26,12 +26,12 @@ WHOLE_TOLERANCE = 1e-9  # revolutions; tolerance on a whole number of them
 def check_values(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     for order in reader.mechanism.orders:
-        _check_below(reader, order.low, order.high, order.reason, equal=order.equal)
+        check_below(reader, order.low, order.high, order.reason, equal=order.equal)
     for length, rest in (("revolutions", "at least one revolution"), ("cycles", "a cycle"), ("time", "some time")):
-        _check_below(reader, "simulate.discard", f"simulate.{length}", f"{rest} must remain for the figures")
+        check_below(reader, "simulate.discard", f"simulate.{length}", f"{rest} must remain for the figures")
     for length in ("revolutions", "cycles"):
         reason = f"a run cannot save more {length} than it simulates"
-        _check_below(reader, "save.revolutions", f"simulate.{length}", reason, equal=True)
+        check_below(reader, "save.revolutions", f"simulate.{length}", reason, equal=True)
     check_length(reader)
     _check_until(reader)
     _check_life(reader)
@@ -40,7 +40,8 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     check_machine(reader, catalogue)
     check_film_joints(reader, catalogue)
     _check_friction(reader, catalogue)
-    joints = [path for path, key in reader.keys_in_use.items() if isinstance(key, Section) and _is_joint(path)]
+    sections = [path for path, key in reader.keys_in_use.items() if isinstance(key, Section)]
+    joints = [path for path in sections if path.startswith("joints.") and path.count(".") == 1]
     joints_section = reader.keys_in_use.get("joints")
     is_implied = isinstance(joints_section, Section) and joints_section.need == "implied"
     if not joints and is_implied and not reader.outline.is_deforming:
@@ -52,8 +53,8 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     for path in joints:
         if f"{path}.element_diameter" in reader.keys_in_use:
             _check_rolling(reader, path, catalogue)
-        _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
-        _check_below(reader, f"{path}.stops.at.0", f"{path}.stops.at.1", "the lower stop comes first")
+        check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
+        check_below(reader, f"{path}.stops.at.0", f"{path}.stops.at.1", "the lower stop comes first")
         for owner in (path, f"{path}.stops"):
             _check_material(reader, owner)
             _check_elastic_law(reader, owner, catalogue)
@@ -145,7 +146,7 @@ def _check_vibration(reader: Reader) -> None:
     """Check the band, the zones, the mount and the length of the window of `vibration`."""
     at_frame = f"{VIBRATION}.at.{FRAME}"
     for pair in itertools.pairwise(f"{VIBRATION}.zones.{k}" for k in range(3)):
-        _check_below(reader, *pair, "each zone ends at a higher velocity than the one before")
+        check_below(reader, *pair, "each zone ends at a higher velocity than the one before")
     length = reader.outline.length
     if length == "revolutions" and reader.outline.drive == "angle-table":
         message = "analyses revolutions of one length, unlike those of a table of angles; write cycles with a period"
@@ -198,7 +199,7 @@ def _windows(reader: Reader, path: str) -> list[float]:
 def _check_band(reader: Reader, turns: float, rates: list[float]) -> None:
     """Check that the band of `vibration` rises, is resolved, and contains a line; rates : rad/s, of turns or cycles."""
     path = f"{VIBRATION}.band"
-    _check_below(reader, f"{path}.0", f"{path}.1", "the band needs a width")
+    check_below(reader, f"{path}.0", f"{path}.1", "the band needs a width")
     lows, highs = reader.values_of(f"{path}.0"), reader.values_of(f"{path}.1")
     if not (lows and highs and rates):
         return
@@ -222,16 +223,11 @@ def _check_band(reader: Reader, turns: float, rates: list[float]) -> None:
 
 def _check_until(reader: Reader) -> None:
     """Check that the grid has the figure in `until` and that the longest run is long enough: for a revolution, too."""
-    shortest, longest = reader.values_of("simulate.revolutions"), reader.values_of("simulate.until.max_revolutions")
-    path = "simulate.until.max_revolutions"
-    if shortest and longest and min(longest) < max(shortest):
-        message = (
-            f"found {reader.text(path, min(longest))}; allowed: at least "
-            f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest run"
-        )
-        reader.report(path, message)
-    elif shortest and longest:
-        discarded = max(reader.values_of("simulate.discard") or (2.0 if max(shortest) > 2.0 else 0.0,))
+    shortest, path = "simulate.revolutions", "simulate.until.max_revolutions"
+    lengths, longest = reader.values_of(shortest), reader.values_of(path)
+    is_long = check_below(reader, shortest, path, "it is the shortest run", equal=True, of_high=True)
+    if is_long and lengths and longest:
+        discarded = max(reader.values_of("simulate.discard") or (2.0 if max(lengths) > 2.0 else 0.0,))
         if min(longest) - discarded < 1.0 - WHOLE_TOLERANCE:
             message = (
                 f"found {reader.text(path, min(longest))}; allowed: at least {discarded + 1.0:g}, one whole revolution "
@@ -246,33 +242,10 @@ def _check_until(reader: Reader) -> None:
         reader.report(path, message)
 
 
-def _is_joint(path: str) -> bool:
-    return path.startswith("joints.") and path.count(".") == 1
-
-
-def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: bool = False) -> None:
-    """Report a problem unless every value of `low` is below every value of `high`; missing values are fine."""
-    lows, highs = reader.values_of(low), reader.values_of(high)
-    if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
-        return
-    if reader.vary_together(low, high):
-        invalid = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
-        if not invalid:
-            return
-        lows, highs = zip(*invalid[:1], strict=True)
-    reported_path = low if low in reader.written_axes or low in reader.written else high
-    comparison = "at most" if equal else "below"
-    reader.report(
-        reported_path,
-        f"found {reader.text(low, max(lows))}; allowed: {comparison} {reader.text(high, min(highs))}, the value of "
-        f"{high}; {reason}",
-    )
-
-
 def _check_order(reader: Reader, section: str, law: Law) -> None:
     """Check the order of two keys of a law where its description requires one."""
     for order in law.orders:
-        _check_below(reader, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
+        check_below(reader, f"{section}.{order.low}", f"{section}.{order.high}", order.reason, equal=order.equal)
 
 
 _KEY_EXAMPLES = {
@@ -470,12 +443,8 @@ def _check_shape(reader: Reader, joint: str, given: list[str], catalogue: Catalo
         reader.report(given[0], "is not available with a film, whose formula assumes circles; remove one of the two")
     if len(given) > 1:
         reader.report(given[1], "is not available with a profile, as wear changes circles; remove one of the two")
-    sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     shape = "profile" if given[0].endswith(".profile") else "worn shape"
-    for path in (path for path in reader.names if path.endswith(".friction.law")):
-        for law in sorted(reader.names[path] & sticking):
-            message = f"{law} cannot stick, because the {shape} of {joint} acts on the contact; choose another law"
-            reader.report(path, message)
+    refuse_sticking(reader, catalogue, f"the {shape} of {joint} acts on the contact")
 
 
 def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -536,15 +505,8 @@ def _check_limited_joint(reader: Reader, joint: str) -> None:
 
 def _check_blocks(reader: Reader) -> None:
     """Check that blocks are whole revolutions, and that the longest is not below the shortest."""
-    path = f"{LIFE}.max_revolutions"
-    shortest, longest = reader.values_of("simulate.revolutions"), reader.values_of(path)
-    if shortest and longest and min(longest) < max(shortest):
-        message = (
-            f"found {reader.text(path, min(longest))}; allowed: at least "
-            f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest "
-            "block"
-        )
-        reader.report(path, message)
+    longest = f"{LIFE}.max_revolutions"
+    check_below(reader, "simulate.revolutions", longest, "it is the shortest block", equal=True, of_high=True)
     for window in _windows(reader, "simulate.revolutions"):
         if abs(window - round(window)) > WHOLE_TOLERANCE or round(window) < 1:
             message = (

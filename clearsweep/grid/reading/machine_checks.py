@@ -13,6 +13,39 @@ OIL_TEMPERATURES = 200.0, 700.0  # K, beyond those of ASTM D341, at which oils a
 _UNCONNECTED_TEXT = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
 
 
+def check_below(
+    reader: Reader, low: str, high: str, reason: str, *, equal: bool = False, of_high: bool = False
+) -> bool:
+    """Return whether every value of `low` is below every value of `high`, or one is missing; report it if not.
+
+    of_high : the mistake is one of `high`, else of `low` if that is written
+    """
+    lows, highs = reader.values_of(low), reader.values_of(high)
+    if not lows or not highs or max(lows) < min(highs) or (equal and max(lows) == min(highs)):
+        return True
+    if reader.vary_together(low, high):
+        invalid = [(a, b) for a, b in zip(lows, highs, strict=False) if not (a < b or (equal and a == b))]
+        if not invalid:
+            return True
+        lows, highs = zip(*invalid[:1], strict=True)
+    low_text, high_text = reader.text(low, max(lows)), reader.text(high, min(highs))
+    if of_high:
+        comparison = "at least" if equal else "above"
+        reader.report(high, f"found {high_text}; allowed: {comparison} {low_text}, the value of {low}; {reason}")
+    else:
+        comparison, place = "at most" if equal else "below", low if reader.is_given(low) else high
+        reader.report(place, f"found {low_text}; allowed: {comparison} {high_text}, the value of {high}; {reason}")
+    return False
+
+
+def refuse_sticking(reader: Reader, catalogue: Catalogue, reason: str) -> None:
+    """Report laws of friction by which surfaces can stick, wherever they are."""
+    sticking = {law.name for law in catalogue.of("friction") if law.sticks}
+    for path in (path for path in reader.names if path.endswith(".friction.law")):
+        for law in sorted(reader.names[path] & sticking):
+            reader.report(path, f"{law} cannot stick, because {reason}; choose another law")
+
+
 def check_machine(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     if reader.outline.inclined and (reader.outline.elastic or reader.outline.vibration):
@@ -422,7 +455,7 @@ def _check_guides(reader: Reader) -> None:
 
 def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
-    films = [path for path, key in reader.keys_in_use.items() if isinstance(key, Section) and _is_film(path)]
+    films = [path for path in reader.keys_in_use if path.startswith("joints.") and path.endswith(".film")]
     for film in films:
         joint = film.removesuffix(".film")
         _check_film_size(reader, joint, catalogue)
@@ -436,10 +469,6 @@ def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
             _check_unused_contact_keys(reader, joint)
     if films:
         _check_film_conflicts(reader, films[0].removesuffix(".film"), catalogue)
-
-
-def _is_film(path: str) -> bool:
-    return path.startswith("joints.") and path.endswith(".film") and path.count(".") == 2
 
 
 def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -487,10 +516,7 @@ def _check_temperature(reader: Reader, film: str) -> None:
                 )
                 reader.report(path, message)
         return
-    cold, warm = reader.values_of(f"{viscosity}.at_40C"), reader.values_of(f"{viscosity}.at_100C")
-    if cold and warm and max(warm) >= min(cold):
-        message = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
-        reader.report(f"{viscosity}.at_100C", message)
+    check_below(reader, f"{viscosity}.at_100C", f"{viscosity}.at_40C", "oil thins as it warms up")
     for path in (temperature, f"{balance}.ambient"):
         _check_kelvin(reader, path)
     if reader.is_given(balance) == reader.is_given(temperature):
@@ -513,28 +539,18 @@ def _check_kelvin(reader: Reader, path: str) -> None:
 
 def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
     """Check that a joint without dry contact has no keys of a dry contact."""
-    for key in ("friction", "wear", "film.transition"):
-        if f"{joint}.{key}" in reader.sections and reader.is_given(f"{joint}.{key}"):
-            path = f"{joint}.{key}"
-            if key == "film.transition" and not _is_transition_written(reader, joint):
-                continue
-            message = (
-                "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"
-            )
-            reader.report(path, message)
-
-
-def _is_transition_written(reader: Reader, joint: str) -> bool:
     film = reader.sections[f"{joint}.film"].value
-    return isinstance(film, dict) and "transition" in film
+    is_transition_written = isinstance(film, dict) and "transition" in film
+    of_contact = ("friction", "wear", *(("film.transition",) if is_transition_written else ()))
+    for path in (f"{joint}.{key}" for key in of_contact):
+        if path in reader.sections:
+            message = "applies to the dry contact under a film, but the joint has none; add contact, or remove the key"
+            reader.report(path, message)
 
 
 def _check_film_conflicts(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that a joint with a film has no key that conflicts with it."""
-    sticking = {law.name for law in catalogue.of("friction") if law.sticks}
-    for path in (path for path in reader.names if path.endswith(".friction.law")):
-        for law in sorted(reader.names[path] & sticking):
-            reader.report(path, f"{law} cannot stick, because {joint} has a film; choose another law")
+    refuse_sticking(reader, catalogue, f"{joint} has a film")
     if "seated" in reader.values_of("simulate.start"):
         message = (
             f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"

@@ -282,9 +282,13 @@ def _times_sign(written: WrittenValue, factor: int) -> WrittenValue:
 
 def assumed_units(reader: Reader) -> tuple[str, ...]:
     """Return the paths of quantities and axes that need a unit but are written without one."""
-    numbers = (path for path, key in reader.keys_in_use.items() if isinstance(key, Number) and _has_unit(reader, key))
+    fields = {path: key.fields(reader.names) for path, key in reader.keys_in_use.items() if isinstance(key, Number)}
     return tuple(
-        path for path in numbers if _contains_bare_number(reader.written_axes.get(path) or reader.written.get(path))
+        path
+        for path, meanings in fields.items()
+        if meanings
+        and meanings[0].unit != "1"
+        and _contains_bare_number(reader.written_axes.get(path) or reader.written.get(path))
     )
 
 
@@ -314,7 +318,7 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
     is_of_program = root.origin.endswith(".json")
     if not bare or not others_have_unit or is_of_program or reader.problems:  # another mistake may have cut a unit off
         return
-    texts = [f"{path} {_first_number(written)}" for path, written in bare]
+    texts = [f"{path} {next(filter(is_bare, _leaf_values(written)))}" for path, written in bare]
     more = f" and {len(bare) - _MAX_BARE_NAMED} more" if len(bare) > _MAX_BARE_NAMED else ""
     path, written = min(bare, key=lambda item: (item[1].line, item[1].column))
     reader.problems.add(
@@ -323,15 +327,6 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
         "has no unit, but other lengths, masses or speeds of this grid have one; a number without a unit is in SI "
         f"(m, kg, rad/s). Write a unit with {', '.join(texts[:_MAX_BARE_NAMED])}{more}",
     )
-
-
-def _first_number(written: WrittenValue) -> str:
-    return str(next(leaf for leaf in _leaf_values(written) if is_bare(leaf)))
-
-
-def _has_unit(reader: Reader, key: Number) -> bool:
-    fields = key.fields(reader.names)
-    return bool(fields) and fields[0].unit != "1"
 
 
 def _contains_bare_number(written: WrittenValue | None) -> bool:
@@ -401,20 +396,11 @@ def set_wear_units(reader: Reader) -> None:
         wear = path.rpartition(".")[0]
         entries = reader.written_axes | reader.written
         coefficients = [entries[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in entries]
-        if (
-            path not in reader.written
-            and f"{wear}.hardness" in entries
-            and coefficients
-            and all(map(_all_bare, coefficients))
-        ):
+        leaves = [list(_leaf_values(written)) for written in coefficients]
+        are_bare = bool(leaves) and all(part and all(map(_is_number, part)) for part in leaves)
+        if path not in reader.written and f"{wear}.hardness" in entries and are_bare:
             first = coefficients[0]
             reader.written[path] = WrittenValue(DIMENSIONLESS, first.origin, first.line, first.column)
-
-
-def _all_bare(written: WrittenValue) -> bool:
-    """Return whether only numbers without a unit are written."""
-    leaves = list(_leaf_values(written))
-    return bool(leaves) and all(map(_is_number, leaves))
 
 
 def _leaf_values(written: WrittenValue) -> Iterator[Any]:

@@ -472,16 +472,17 @@ def recorded(file: LawFile) -> dict[str, Any]:
     """Return a law file as run.json contains it."""
     laws = [
         {name: part for name, part in law._asdict().items() if isinstance(part, _PLAIN)}
-        | {"fields": [{name: _text_of(part) for name, part in field._asdict().items()} for field in law.fields]}
+        | {
+            "fields": [
+                {name: repr(part) if isinstance(part, float) else part for name, part in field._asdict().items()}
+                for field in law.fields  # JSON has no infinities
+            ]
+        }
         for law in file.laws
     ]
     lines = [line.encode("unicode_escape").decode() for line in file.text.split("\n")]  # texts there have one line
     parts = {"name": file.name, "path": file.path, "sha256": file.sha256, "named": dict(file.named)}
     return parts | {"package": file.package, "laws": laws, "text": lines}
-
-
-def _text_of(part: Any) -> Any:
-    return repr(part) if isinstance(part, float) else part  # JSON has no infinities
 
 
 def with_recorded_laws(catalogue: Catalogue, resolved: Mapping[str, Any]) -> Catalogue:

@@ -325,7 +325,8 @@ def _columns_of_csv(
 def _read_columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
     """Return the values of the columns by name; report mistakes in them."""
     fields = {field.name: field for field in (*columns.over, *columns.values)}
-    allowed = ", ".join(f"{field.name} [{_display_unit(field)}]" for field in fields.values())
+    shown = {"rad": "deg", "rad/s": "rpm"}
+    allowed = ", ".join(f"{field.name} [{shown.get(field.unit, field.unit)}]" for field in fields.values())
     values: dict[str, list[float]] = {}
     for header, cells in table.value.items():
         name, unit = split_header(header)
@@ -351,10 +352,6 @@ def _unit_mistake(unit: str, field: Field) -> str:
     except InputError as error:
         return str(error)
     return ""
-
-
-def _display_unit(field: Field) -> str:
-    return {"rad": "deg", "rad/s": "rpm"}.get(field.unit, field.unit)
 
 
 def _read_cell(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:
