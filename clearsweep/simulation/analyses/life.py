@@ -22,7 +22,7 @@ from ...mechanics.joints import registry
 from ...mechanics.machines.contract import body_angles
 from ...mechanics.solver.integration import Work
 from ...mechanics.wear import MAX_BINS, Account, Worn
-from ..figures.catalogue import Blocks
+from ..figures.catalogue import MIN_REVOLUTIONS, Blocks
 from ..figures.sums import half_width
 from ..figures.window import by_joint, interpolated_depths
 from ..machine.ideal import Touch, first_touch, first_touch_in_slot
@@ -37,6 +37,7 @@ from .repeated import WindowLength
 # A block of revolutions of a life: its length, and the wear rates that follow from it.
 
 PHASES = 24  # phases of a revolution at which relative body angles are recorded
+LOOK_RATIO = 1.25  # of successive lengths at which irregular motion may end: sooner or later chance makes it narrow
 
 
 class WornJoint(NamedTuple):
@@ -102,7 +103,7 @@ class RateObserver(WindowLength):
         super().__init__(
             scene, marks, rates, (wear_rate_column(case.life.column), case.life.tolerance), longest_block(case)
         )
-        self.phase = 0
+        self.phase, self.next_look = 0, float(MIN_REVOLUTIONS)
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
         self.relative_angles: list[list[float]] = []
 
@@ -122,6 +123,10 @@ class RateObserver(WindowLength):
         decision = self.decide(work)
         if decision == Decision.BEGIN_WINDOW:
             self.phase = 0
+        if self.turns > self.next_look:
+            self.next_look *= LOOK_RATIO
+        elif decision == Decision.END and not self.blocks.period:
+            return Decision.CONTINUE
         return decision
 
 
@@ -153,10 +158,8 @@ def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time
         ) / turns
         width[worn.all_bins] = _half_widths(observer.blocks, worn) * rate[-1]
     peaks = np.array(totals.joint.column("force_max"))
-    seconds = np.array([run.duration, process_time])
-    return BlockRecord(
-        rate, width, peaks, np.array(observer.relative_angles), run.counts.numbers.copy(), seconds, turns
-    )
+    seconds, angles = np.array([run.duration, process_time]), np.array(observer.relative_angles)
+    return BlockRecord(rate, width, peaks, angles, run.counts.numbers.copy(), seconds, turns)
 
 
 def _half_widths(blocks: Blocks, worn: WornJoint) -> np.ndarray:
@@ -169,6 +172,7 @@ def _half_widths(blocks: Blocks, worn: WornJoint) -> np.ndarray:
         has_worn = rates.any(axis=0)
         widths[:] = 0.0
         widths[has_worn] = [half_width(bin_rates) for bin_rates in rates.T[has_worn]]
+        widths[np.argmax(depths[-1] - depths[0])] = blocks.interval(figure).half_width
     return widths
 
 
@@ -225,10 +229,8 @@ class LifeRun:
         assert scene.case.life is not None  # only for cases with a life
         self.scene, self.log, self.life, self.worn_joints = scene, log, scene.case.life, worn_joints_of(scene.case)
         self.size = self.worn_joints[-1].sliding_distance + 2
-        # status of a block that failed
-        self.life_index = life_index
-        self.last_life_index = life_index
-        self.failure = ""
+        self.life_index = self.last_life_index = life_index
+        self.failure = ""  # status of a block that failed
         stored_blocks = decoded(log.read() if log else None, self.size)
         self.records_of_earlier_lives = [record for record in stored_blocks if record.life < life_index]
         self.records = [record for record in stored_blocks if record.life == life_index]
@@ -528,21 +530,10 @@ def _scaled(life_run: LifeRun, case: Case) -> BlockRecord:
     factors = np.ones(life_run.size)
     for worn in life_run.worn_joints:
         for body, elements in (("bearing", worn.bearing), ("journal", worn.journal)):
-            factors[elements] = _ratio(life_run.scene.case, case, worn, body)
+            wears = [of_case.joints[worn.joint_index].wear for of_case in (life_run.scene.case, case)]
+            own, other = (wear.values[f"{body}_coefficient"] for wear in wears if wear)
+            factors[elements] = other / own if own else 1.0
     return record._replace(rate=record.rate * factors, width=record.width * factors)
-
-
-def _ratio(case: Case, other_case: Case, worn: WornJoint, body: str) -> float:
-    """Return the ratio of a body's wear coefficients in two cases; 1 if it does not wear."""
-    coefficient, other_coefficient = (_coefficient(of_case, worn, body) for of_case in (case, other_case))
-    return other_coefficient / coefficient if coefficient else 1.0
-
-
-def _coefficient(case: Case, worn: WornJoint, body: str) -> float:
-    """Return the wear coefficient of a body, in the unit of the grid."""
-    wear = case.joints[worn.joint_index].wear
-    assert wear is not None  # asked of joints that wear
-    return wear.values[f"{body}_coefficient"]
 
 
 def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
