@@ -174,11 +174,22 @@ def test_core_agrees_with_the_second_judge(grid):
     assert differences(answered(grid)) == []
 
 
+@pytest.mark.slow
+@settings(max_examples=15)
+@given(settings_of_grids())
+def test_answers_of_many_runs_are_those_of_their_cases(grid):
+    assert_answer_of_a_run_is_that_of_its_cases(grid)
+
+
 @settings(max_examples=5)
 @given(settings_of_grids())
 @example(ZERO_LIMIT)
 @example(FAILED_CONDITION)
 def test_answer_of_a_run_is_that_of_its_cases(grid):
+    assert_answer_of_a_run_is_that_of_its_cases(grid)
+
+
+def assert_answer_of_a_run_is_that_of_its_cases(grid):
     run = answer_grids.run_and_judged(grid)
     assert differences(run) == []
     core = answered(grid).answer

@@ -31,11 +31,6 @@ SAMPLES = 4  # of an array that are recorded, rounded, besides its bits
 ROUNDING = 1e-4  # of these, relative to the largest
 SHOWN = 40  # columns of a case in a message
 GRIDS = sorted(path.name for path in portable_bits.CONFIGS.glob("*.yaml"))
-#: Each compiles forms of its own; files of the same rooms are run every day.
-SELDOM = [
-    *("bearing_class", "compressor", "engine", "error_budget", "gear_rattle", "law_comparison", "press_joint_life"),
-    *("press_life", "probabilistic", "ptfe_bushing", "rolling", "spatial_slider_crank", "v_twin", "wiper"),
-]
 CASES = ("first", "last")
 
 RECORDED = json.loads(FILE.read_text()) if FILE.exists() else {"scenes": {}, "runs": {}}
@@ -147,7 +142,6 @@ on_the_recorded_system = pytest.mark.skipif(
 @on_the_recorded_system
 @pytest.mark.heavy
 @pytest.mark.compiled
-@pytest.mark.few(*(name for name in GRIDS if Path(name).stem not in SELDOM))
 @pytest.mark.parametrize("name", GRIDS)
 def test_the_bits_of_a_run_are_those_that_were_recorded(name):
     text = report(name, run(name))
