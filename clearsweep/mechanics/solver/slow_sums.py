@@ -308,7 +308,7 @@ def add_profiles(pointer):
 
 @kernel
 def choose_fine_bins(pointer, j):
-    """Set the bins of the forces of contact `j` that are distributed by fine parts: all, until a revolution shows."""
+    """Set the bins of the forces of contact `j` that are distributed by fine parts: high ones, then those near p99."""
     work = pointer[0]
     totals, bins = work.totals, work.totals.bins
     revolution, elapsed = 2.0 * math.pi / work.reference_rate, work.end[work.time] - totals.mechanism.window_start
@@ -316,7 +316,8 @@ def choose_fine_bins(pointer, j):
     bins[j, FINE_BIN], bins[j, LAST_FINE_BIN] = 0, BINS
     if totals.joint[j].binned_time >= longest:
         bins[j, FINE_BIN] = force_bin(force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], longest))
-    if elapsed > revolution and bins[j, FINE_BIN] > 0:
+    is_steady = work.crank < 0 and work.knots.size == 0  # what speeds up, or follows a table, may press harder later
+    if is_steady and elapsed > revolution and bins[j, FINE_BIN] > 0:
         rarest = force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], FINE_SHARES[1] * elapsed)
         bins[j, LAST_FINE_BIN] = force_bin(rarest)
     bins[j, NEXT_FINE_BIN] = bins[j, BINNED_STEPS] + bins[j, BINNED_STEPS] // 4 + MIN_BINNED_STEPS
