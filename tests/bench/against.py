@@ -8,7 +8,7 @@ A commit from before `contact.onset` knows its value `first` alone, so that by d
 motions: with two joints this one meets 34 to 41 impacts a revolution in place of 18 to 23.  With --first this checkout
 integrates the motion that such a commit does.
 
-With --files it measures every grid of `configs/` instead: some of its cases, as a sweep integrates them, without files.
+With --files it measures `clearsweep run` of every grid of `configs/` instead, start-up, files and merging included.
 With --named NAME,NAME only these of its files.  With --readme it measures the README's grid, with its own number of
 cases and with ten times as many speeds.
 """
@@ -17,6 +17,7 @@ import argparse
 import copy
 import json
 import os
+import resource
 import subprocess
 import sys
 import tempfile
@@ -31,8 +32,8 @@ FRICTION = {"law": "ambrosio", "coefficient": 0.05, "v0": "1 mm/s", "v1": "10 mm
 ASKED = {"thousand_cases": 0.25, "with friction": 0.25, "with two joints": 0.4}
 ASKED_README = 0.25, 0.35
 SPEEDS = 4  # of the two others: 400 cases
-SAME = 4  # cases of a file of configs/, evenly spread, that are run
-LONG = 20.0  # s of processor time for these: a file that takes longer is left out
+MOST = 1.03  # times the other's processor time that a command on a file of configs/ may take
+SOME_FAILED = 3  # exit code of a run with failed cases
 FEW = 4  # values on each axis of a sweep that is taken for the start-up of the others
 
 
@@ -64,11 +65,11 @@ def with_first_onset(source: dict) -> dict:
 
 
 def serve() -> None:
-    """Run grids, or paths of grids, as they come on stdin, a line of JSON each; answer each with what it took."""
+    """Run grids as they come on stdin, a line of JSON each; answer each with what it took."""
     answers, sys.stdout = sys.stdout, sys.stderr
     for line in sys.stdin:
         asked = json.loads(line)
-        print(json.dumps(integrated(asked) if isinstance(asked, str) else swept(asked)), file=answers, flush=True)
+        print(json.dumps(swept(asked)), file=answers, flush=True)
 
 
 def swept(source: dict) -> tuple[int, int, float, float]:
@@ -83,20 +84,10 @@ def swept(source: dict) -> tuple[int, int, float, float]:
         return result.ran, result.failed, spent, time.process_time() - began
 
 
-def integrated(path: str) -> tuple[int, int, float]:
-    """Return the same of some cases of a grid, whose code is there after the first call; no files are written."""
-    from clearsweep import simulation
-    from clearsweep.grid import load
-
-    grid = load(path, simulation.catalogue())
-    cases = [grid.case(place) for place in sorted({len(grid) * k // SAME for k in range(SAME)})]
-    began = time.process_time()
-    if hasattr(simulation, "solve_each"):  # of an older version, which is faster so
-        results = [result for _, result in simulation.solve_each(cases)]
-    else:
-        results = list(map(simulation.solve, cases))
-    spent = time.process_time() - began
-    return len(cases), sum(getattr(result, "status", "failed") != "ok" for result in results), spent
+def name_of(root: Path) -> str:
+    """Return the commit of a checkout."""
+    named = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=8"]
+    return subprocess.run(named, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
 
 
 class Tree:
@@ -112,11 +103,10 @@ class Tree:
             env=os.environ | {"PYTHONPATH": paths},
             cwd=root,  # what is imported comes from there first
         )
-        named = ["git", "-C", str(root), "describe", "--always", "--dirty", "--abbrev=8"]
-        self.name = subprocess.run(named, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
+        self.name = name_of(root)
 
-    def sweep(self, source: dict | str) -> tuple[int, int, float]:
-        """Return cases, those that failed and the processor time (s) of a grid, or of the one at a path."""
+    def sweep(self, source: dict) -> tuple[int, int, float]:
+        """Return cases, those that failed and the processor time (s) of a grid."""
         print(json.dumps(source), file=self.process.stdin, flush=True)
         answer = self.process.stdout.readline()
         if not answer:
@@ -190,31 +180,39 @@ def table_of_readme(other: Path, repeats: int) -> str:
 
 
 def table_of_files(other: Path, repetitions: int, named: list[str]) -> str:
-    """Return what some cases of the files of configs/ take with both checkouts: all, or those `named`."""
-    trees = [Tree(ROOT), Tree(other)]
+    """Return what `clearsweep run FILE` takes with both checkouts: of every file that both have, or of those `named`."""
+    trees = [ROOT, other]
     lines = [
-        f"{trees[0].name} against {trees[1].name}, load {os.getloadavg()[0]:.1f} before; ms of processor time per",
-        f"case, {SAME} cases of a file at most, in one process, least of {repetitions} interleaved rounds.",
+        f"{name_of(ROOT)} against {name_of(other)}, load {os.getloadavg()[0]:.1f} before; processor time (s) of",
+        f"`clearsweep run FILE --jobs 1`, all processes, least of {repetitions} interleaved rounds after one that",
+        "compiles; each checkout runs its own file.",
         "",
-        "| file | cases | failed, of either | this | other | this / other |",
-        "| --- | --- | --- | --- | --- | --- |",
+        "| file | this, s | other, s | this / other | |",
+        "| --- | --- | --- | --- | --- |",
     ]
-    for path in sorted((ROOT / "configs").glob("*.yaml")):
-        if named and path.stem not in named:
-            continue
-        compiled = [tree.sweep(str(path))[2] for tree in trees]
-        if min(compiled) > LONG:
-            lines.append(f"| {path.stem} | left out: beyond {LONG:.0f} s | | | | |")
-            continue
-        runs = [[tree.sweep(str(path)) for tree in trees] for _ in range(repetitions)]
-        cases, failed, others = runs[0][0][0], runs[0][0][1], runs[0][1][1]
-        this, that = 1e3 * np.min([[took for *_, took in run] for run in runs], axis=0) / cases
-        lines.append(f"| {path.stem} | {cases} | {failed}, {others} | {this:.2f} | {that:.2f} | {this / that:.2f} |")
-        print(lines[-1], file=sys.stderr, flush=True)
-    for tree in trees:
-        tree.process.stdin.close()
-        tree.process.wait()
+    with tempfile.TemporaryDirectory() as place:
+        for path in sorted((ROOT / "configs").glob("*.yaml")):
+            if (named and path.stem not in named) or not (other / "configs" / path.name).exists():
+                continue
+            rounds = [[commanded(tree, path.name, place) for tree in trees] for _ in range(repetitions + 1)]
+            this, that = np.min(rounds[1:], axis=0)
+            verdict = "" if this <= MOST * that else f"more than {MOST:g}"
+            lines.append(f"| {path.stem} | {this:.2f} | {that:.2f} | {this / that:.2f} | {verdict} |")
+            print(lines[-1], file=sys.stderr, flush=True)
     return "\n".join(lines)
+
+
+def commanded(tree: Path, name: str, place: str) -> float:
+    """Return the processor time (s) of a run of a file of configs/ by a checkout, with its cache in `place`."""
+    environment = os.environ | {"PYTHONPATH": str(tree), "CLEARSWEEP_CACHE_DIR": f"{place}/cache{tree.name}"}
+    with tempfile.TemporaryDirectory(dir=place) as out:
+        command = [sys.executable, "-m", "clearsweep", "run", f"{tree}/configs/{name}", "--jobs", "1", "--out", out]
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        done = subprocess.run(command, env=environment, cwd=place, capture_output=True, text=True, check=False)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if done.returncode not in (0, SOME_FAILED):
+        raise SystemExit(f"against: {name} of {tree}: {done.stderr}")
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main() -> None:
@@ -223,7 +221,7 @@ def main() -> None:
     parser.add_argument("tree", type=Path, help="a checkout of the other commit")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--first", action="store_true", help="this checkout with `contact.onset: first`, too")
-    parser.add_argument("--files", action="store_true", help="some cases of every file of configs/ instead")
+    parser.add_argument("--files", action="store_true", help="a run of every file of configs/ instead")
     parser.add_argument("--named", type=lambda text: text.split(","), default=[], help="only these files")
     parser.add_argument("--readme", action="store_true", help="the README's grid instead")
     parser.add_argument("--write", action="store_true", help="write results/speed.md too")
