@@ -180,7 +180,7 @@ def table_of_readme(other: Path, repeats: int) -> str:
 
 
 def table_of_files(other: Path, repetitions: int, named: list[str]) -> str:
-    """Return what `clearsweep run FILE` takes with both checkouts: of every file that both have, or of those `named`."""
+    """Return what `clearsweep run FILE` takes with both checkouts: of all that both have, or those `named`."""
     trees = [ROOT, other]
     lines = [
         f"{name_of(ROOT)} against {name_of(other)}, load {os.getloadavg()[0]:.1f} before; processor time (s) of",
