@@ -42,7 +42,8 @@ ATTEMPTS_HEAD = ("attempt", "exit code", "took", "ended")
 KILLS_TEXT = (
     "The test kills sweeps of real mechanics with SIGKILL at random moments, and starts them again. It kills the "
     "parent, one process, or all. It compares the results with those of an undisturbed run. Numbers of rows and "
-    "values are sums over the runs."
+    "values are sums over the runs. `cases lost` counts cases that were committed and are in no batch at the end; the "
+    "batches themselves may be replaced by a merge."
 )
 
 
