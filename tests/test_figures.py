@@ -186,7 +186,7 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
     of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain", "vibration", "bends"}
     of_case |= {"mounted", "fatigue"}
     of_place = {"zones", "across", "moves"}
-    of_joint = {"wear", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal"}
+    of_joint = {"wear", "arc", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal"}
     of_joint |= {"rolling", "dynamic", "static", "flanked"}
     assert needs <= of_case | of_joint | of_place
     assert {figure.of for figure in catalogue.FIGURES} == {"joint", "output", "case", "place", "order", "link", "mount"}
