@@ -285,6 +285,13 @@ class Law(NamedTuple):
         return next(field.unit for field in self.fields if field.name == name)
 
 
+def declared_law(written: str, formula: str, source: str, *further: Any, **fields: Any) -> Law:
+    """Return the law that is written as "family name: summary"; further, fields : the other fields of Law."""
+    family, _, rest = written.partition(" ")
+    name, _, summary = rest.partition(": ")
+    return Law(family, name, summary, formula, source, *further, **fields)
+
+
 class JointSite(NamedTuple):
     """A joint of a mechanism, which may have clearance."""
 

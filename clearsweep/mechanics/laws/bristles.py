@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law, ranged
+from ...contracts.catalogue import Field, declared_law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, kernel
@@ -81,10 +81,8 @@ def _internal_rates_dahl(friction, contact):
 
 
 register(
-    Law(
-        "friction",
-        "dahl",
-        "bending bristles: elastic before sliding",
+    declared_law(
+        "friction dahl: bending bristles: elastic before sliding",
         "T = -N sigma0 z, z' = slip sgn(1 - x) |1 - x|^shape with x = sigma0 z sgn(slip) / mu",
         "after Dahl 1968, A Solid Friction Model, Aerospace Corp. TOR-0158(3107-18)-1; per load",
         (
@@ -195,10 +193,8 @@ DAMPED_BRISTLES = (
 
 
 register(
-    Law(
-        "friction",
-        "lugre",
-        "bending bristles with the Stribeck effect: sticks, breaks away, slides",
+    declared_law(
+        "friction lugre: bending bristles with the Stribeck effect: sticks, breaks away, slides",
         "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip - sigma0 |slip| z "
         "/ g, g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)",
         "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the "
@@ -278,10 +274,8 @@ internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 
 register(
-    Law(
-        "friction",
-        "elasto-plastic",
-        "the bristles of lugre without creep: elastic up to a fraction of the friction",
+    declared_law(
+        "friction elasto-plastic: the bristles of lugre without creep: elastic up to a fraction of the friction",
         "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip (1 - a x / g), x = "
         "sigma0 z sgn(slip), g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape); a = 0 up to x = "
         "elastic_share mu, 1 from x = g on, (1 + sin(pi (x - m) / d)) / 2 between, m the mean of these two and d "

@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Columns, Field, Law, Merit, Order, Range, ranged
+from ...contracts.catalogue import Columns, Field, Law, Merit, Order, Range, declared_law, ranged
 from ...language.errors import InputError
 from ...tracing.compiled import calculus
 from ...tracing.compiled.dual import as_type_of
@@ -124,10 +124,8 @@ def _make_johnson(joint, constant=-1.0):
 
 
 register_line_law(
-    Law(
-        "elastic",
-        "johnson",
-        "two cylinders, one in the other",
+    declared_law(
+        "elastic johnson: two cylinders, one in the other",
         "pen = F / (pi E* L) (ln(4 pi E* c L / F) - 1); F = pen / (g v), v the root of v exp(-v) = pen / (g S), v > 1",
         "after Johnson 1985, Contact Mechanics; solved for F by the lower branch of Lambert's W",
         contact="line",
@@ -140,10 +138,8 @@ register_line_law(
 
 
 register_line_law(
-    Law(
-        "elastic",
-        "esdu-78035",
-        "johnson with + 1 in place of - 1",
+    declared_law(
+        "elastic esdu-78035: johnson with + 1 in place of - 1",
         "pen = F (h_b + h_j) / L (ln(4 L c / (F (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
         "after ESDU 78035, Contact phenomena I; not compared with the original",
         contact="line",
@@ -163,10 +159,8 @@ def _make_radzimovsky(joint):
 
 
 register_line_law(
-    Law(
-        "elastic",
-        "radzimovsky",
-        "two cylinders, by Roark's formula",
+    declared_law(
+        "elastic radzimovsky: two cylinders, by Roark's formula",
         "pen = F / (pi E* L) (2/3 + ln(4 R_b / b) + ln(4 R_j / b)), b = 1.60 sqrt(F K_D / (L E*)), "
         "K_D = curvature_factor R_b R_j / (R_b - R_j)",
         "after Radzimovsky 1953, Univ. Illinois Eng. Exp. Station Bulletin 408; b as in Roark's Formulas for Stress "
@@ -196,10 +190,8 @@ def _make_dubowsky_freudenstein(joint, power_of_length=3.0):
 
 
 register_line_law(
-    Law(
-        "elastic",
-        "dubowsky-freudenstein",
-        "two cylinders, with the length in the logarithm",
+    declared_law(
+        "elastic dubowsky-freudenstein: two cylinders, with the length in the logarithm",
         "pen = F (h_b + h_j) / L (ln(L^3 c / (F R_b R_j (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
         "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
         contact="line",
@@ -213,10 +205,8 @@ register_line_law(
 
 
 register_line_law(
-    Law(
-        "elastic",
-        "goldsmith",
-        "dubowsky-freudenstein with the length to the first power",
+    declared_law(
+        "elastic goldsmith: dubowsky-freudenstein with the length to the first power",
         "pen = F (h_b + h_j) / L (ln(L c / (F R_b R_j (h_b + h_j)) m^2) + 1), h = (1 - nu^2) / (pi E)",
         "after Goldsmith 1960, Impact",
         contact="line",
@@ -238,10 +228,8 @@ def _make_pereira(joint):
 
 
 register(
-    Law(
-        "elastic",
-        "pereira",
-        "a power fitted to two cylinders, one in the other",
+    declared_law(
+        "elastic pereira: a power fitted to two cylinders, one in the other",
         "F_elastic = (0.965 c + 0.0965) L E* / c pen^n in mm, N, MPa; n = Y c^-0.005, Y = 1.51 ln(1000 c)^-0.151 for "
         "c < 0.34954 mm, else 0.0151 c + 1.151",
         "after Pereira, Ramalho & Ambrosio 2011, Nonlinear Dyn. 63:681, internal contact",
@@ -337,10 +325,8 @@ def _make_compatible(joint: Joint) -> Compatible:
 
 
 register(
-    Law(
-        "elastic",
-        "compatible",
-        "conformal contact, with the arc from the elastic displacements",
+    declared_law(
+        "elastic compatible: conformal contact, with the arc from the elastic displacements",
         "pen / (c + pen) = q (ln(4 / q) - 1), F_elastic = (pi/2) E* L (c + pen) q (2 - q), q = sin^2(theta / 2)",
         "half-space compatibility over the arc, in the manner of 'A continuous contact force model for planar revolute "
         "joint based on fitting method' 2017, Adv. Mech. Eng. 9(2), whose equations were not read; derived here",
@@ -395,10 +381,8 @@ def fit_power_law(joint: Joint) -> FittedPower:
 
 
 register(
-    Law(
-        "elastic",
-        "compatible-fit",
-        "a power law fitted to compatible, or to user-defined points",
+    declared_law(
+        "elastic compatible-fit: a power law fitted to compatible, or to user-defined points",
         "F_elastic = K_f pen^n_f, K_f = k(n_f, range / c) E* L c^(1 - n_f); ln K_f and n_f the least squares of ln F "
         "over fit_from to fit_to, evenly in ln pen, or over the points of `fit`",
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint, Materials
-from ...contracts.catalogue import Field, Law, Merit, Range, ranged
+from ...contracts.catalogue import Field, Merit, Range, declared_law, ranged
 from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled import calculus
@@ -242,10 +242,8 @@ def _stiffness_of(joint):
 _BALL = Range("length", 0.0, 0.0, "m", "the stiffness from `material` is that of a ball in a socket, for any length")
 
 register(
-    Law(
-        "elastic",
-        "power",
-        "a power of the penetration",
+    declared_law(
+        "elastic power: a power of the penetration",
         "F_elastic = K pen^n",
         "Hertz 1881 for n = 1.5",
         (
@@ -273,10 +271,8 @@ register(
 
 
 register(
-    Law(
-        "elastic",
-        "lankarani-nikravesh-cylindrical",
-        "the sphere's stiffness with another exponent",
+    declared_law(
+        "elastic lankarani-nikravesh-cylindrical: the sphere's stiffness with another exponent",
         "F_elastic = (4/3) E* sqrt(R_b R_j / (R_b - R_j)) pen^n",
         "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
         (ranged("exponent", "1", "exponent n", "[1, 1.5]", default=1.5),),
@@ -315,10 +311,8 @@ def _make_liu(joint):
 
 
 register(
-    Law(
-        "elastic",
-        "liu",
-        "two cylinders whose contact arc follows from geometry",
+    declared_law(
+        "elastic liu: two cylinders whose contact arc follows from geometry",
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen)))",
         "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
         contact="line",
@@ -332,10 +326,8 @@ register(
 
 
 register(
-    Law(
-        "elastic",
-        "bai-zhao-consistent",
-        "liu's force, of which Bai & Zhao's stiffness is the derivative",
+    declared_law(
+        "elastic bai-zhao-consistent: liu's force, of which Bai & Zhao's stiffness is the derivative",
         "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen))), its derivative K_n L",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
         contact="line",
@@ -371,10 +363,8 @@ def _make_literal(joint):
 
 
 register(
-    Law(
-        "elastic",
-        "bai-zhao-literal",
-        "Bai & Zhao's stiffness times a power of the penetration, as printed",
+    declared_law(
+        "elastic bai-zhao-literal: Bai & Zhao's stiffness times a power of the penetration, as printed",
         "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as reported by others, not compared with the paper",
         (ranged("exponent", "1", "exponent n; the published value is 1.5", "[1, 2]", default=1.5),),
@@ -428,10 +418,8 @@ def foundation_modulus(joint: Joint) -> float:
 
 
 register(
-    Law(
-        "elastic",
-        "winkler",
-        "a layer of radial springs in the bearing",
+    declared_law(
+        "elastic winkler: a layer of radial springs in the bearing",
         "F_elastic = k R_b L ((c + pen) theta - c sin theta), cos theta = c / (c + pen), k = (1 - nu) E / ((1 + nu) (1 "
         "- 2 nu) t)",
         "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - "
@@ -495,10 +483,8 @@ def _make_persson(joint):
 
 
 register(
-    Law(
-        "elastic",
-        "persson",
-        "conformal contact over any arc up to its limiting angle",
+    declared_law(
+        "elastic persson: conformal contact over any arc up to its limiting angle",
         "F_elastic = 2 pi E* c L b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), b = tan(theta / 2), cos theta = c / (c + "
         "pen)",
         "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
@@ -544,10 +530,8 @@ def _make_fit(joint):
 
 
 register(
-    Law(
-        "elastic",
-        "conformal-fit",
-        "a power law fitted to persson",
+    declared_law(
+        "elastic conformal-fit: a power law fitted to persson",
         "F_elastic = K_f pen^n_f, K_f = k E* L c^(1 - n_f); k and n_f by least squares of the relative error for pen "
         "up to c / 2",
         "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "

@@ -19,7 +19,7 @@ add up to 0.  Split equally, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, only 
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law, ranged
+from ...contracts.catalogue import Field, declared_law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family, family_with_default, kernel
@@ -206,10 +206,8 @@ def _film_couples_unsheared(shear, motion, rotation, moment):
 
 
 register(
-    Law(
-        "film-friction",
-        "none",
-        "no shear torque: the film's force acts through the centres",
+    declared_law(
+        "film-friction none: no shear torque: the film's force acts through the centres",
         "M_j = M_b = 0",
         "a convention of multibody papers",
         notes="The moment e F_t of the force is not balanced.  So film_loss depends on how fast both bodies turn "
@@ -236,10 +234,8 @@ def petroff_drag(joint) -> float:
 
 
 register(
-    Law(
-        "film-friction",
-        "petroff",
-        "shear as in a concentric bearing",
+    declared_law(
+        "film-friction petroff: shear as in a concentric bearing",
         BALANCED + "2 pi mu R^3 L (w_j - w_b) / c",
         "Petroff 1883 for C; the balance of moments for the rest",
         notes="C does not depend on the eccentricity: it is the smallest drag of a full film.",
@@ -261,10 +257,8 @@ def _shear_couple_couette(shear, motion, rotation):
 
 
 register(
-    Law(
-        "film-friction",
-        "sommerfeld",
-        "shear of a long, full film, with the moment of the film's own force",
+    declared_law(
+        "film-friction sommerfeld: shear of a long, full film, with the moment of the film's own force",
         BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
         "Sommerfeld 1904; C = his couple on the journal, 4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) (1 - "
         "eps^2)^(1/2)), less e F_t / 2 of his full film, 6 pi mu R^3 L w eps^2 / (c (2 + eps^2) (1 - eps^2)^(1/2))",
@@ -276,10 +270,8 @@ register(
 
 
 register(
-    Law(
-        "film-friction",
-        "butenschoen",
-        "shear of a filled gap, with the moment of the film's force",
+    declared_law(
+        "film-friction butenschoen: shear of a filled gap, with the moment of the film's force",
         BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
         "after Butenschoen 1976: mu_f = psi (pi |w_j - w_b| / (|w| (1 - eps^2)^(1/2) So_D) + eps sin(beta) / 2), M = "
         "mu_f So_D L D mu |w| R / psi^2, as in the public multibody program MBDyn",
@@ -376,10 +368,8 @@ def asperity_depth(transition) -> float:
 
 
 register(
-    Law(
-        "transition",
-        "ramp",
-        "linear transition from film to dry contact over a width",
+    declared_law(
+        "transition ramp: linear transition from film to dry contact over a width",
         "F = (1 - w) F_film + w F_dry, w = min(1, max(0, (e - clearance - from) / width))",
         "after Ravn 1998, Multibody Syst. Dyn. 2:1, and Flores, Ambrosio, Claro & Lankarani 2006, as cited by others",
         notes="The width should be a few times the roughness of the surfaces, 0.5 to 5 um, not a fraction of the "
@@ -401,10 +391,8 @@ def _make_greenwood_tripp(joint) -> GreenwoodTripp:
 
 
 register(
-    Law(
-        "transition",
-        "greenwood-tripp",
-        "asperities carry part of the load through the film, then as ramp",
+    declared_law(
+        "transition greenwood-tripp: asperities carry part of the load through the film, then as ramp",
         "F = (1 - w) (F_film + F_asperities) + w F_dry, p_asperities = (16 sqrt(2) pi / 15) density^2 sharpness^(1/2) "
         "E* F_5/2((h - mean_height) / roughness) over the arc, F_5/2(x) the integral of (s - x)^(5/2) exp(-s^2 / 2) / "
         "(2 pi)^(1/2) over s > x, 1 / E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2",

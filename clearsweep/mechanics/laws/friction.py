@@ -5,7 +5,7 @@ The formula of some changes at some sliding speeds, so that steps end there.
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import MODEL, Field, Law, Order, ranged
+from ...contracts.catalogue import MODEL, Field, Order, declared_law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, family_with_default, kernel
@@ -191,10 +191,8 @@ def _friction_force_tanh(friction, normal, slip):
 
 
 register(
-    Law(
-        "friction",
-        "tanh",
-        "smooth Coulomb friction",
+    declared_law(
+        "friction tanh: smooth Coulomb friction",
         "T = -mu N tanh(slip / velocity_scale)",
         "regularised Coulomb friction",
         (COEFFICIENT, SCALE),
@@ -205,10 +203,8 @@ register(
 
 
 register(
-    Law(
-        "friction",
-        "coulomb",
-        "the same as tanh",
+    declared_law(
+        "friction coulomb: the same as tanh",
         "T = -mu N sgn(slip), the sign smoothed to tanh(slip / velocity_scale)",
         "Coulomb 1785; regularised",
         (COEFFICIENT, SCALE),
@@ -240,10 +236,8 @@ def _force_in_piece_ambrosio(friction, piece, normal, slip):
 
 
 register(
-    Law(
-        "friction",
-        "ambrosio",
-        "Coulomb friction with a dead band",
+    declared_law(
+        "friction ambrosio: Coulomb friction with a dead band",
         "T = -mu N sgn(slip) min(1, max(0, (|slip| - v0) / (v1 - v0)))",
         "Ambrosio 2003, in Virtual Nonlinear Multibody Systems, NATO Science Series 103",
         (
@@ -279,10 +273,8 @@ def _force_in_piece_threlfall(friction, piece, normal, slip):
 
 
 register(
-    Law(
-        "friction",
-        "threlfall",
-        "Coulomb friction with an exponential rise",
+    declared_law(
+        "friction threlfall: Coulomb friction with an exponential rise",
         "T = -mu N sgn(slip) / divisor times 1 - exp(-3 |slip| / velocity_scale) up to velocity_scale, 0.95 above",
         "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as cited by others, not compared with the paper",
         (
@@ -325,10 +317,8 @@ def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
 
 
 register(
-    Law(
-        "friction",
-        "bengisu-akay",
-        "static friction that falls to kinetic friction",
+    declared_law(
+        "friction bengisu-akay: static friction that falls to kinetic friction",
         "T = -N sgn(slip) mu_s (1 - (|slip| - v)^2 / v^2) up to v = velocity_scale, "
         "-N sgn(slip) (mu + (mu_s - mu) exp(-decay (|slip| - v))) above",
         "after Bengisu & Akay 1994, J. Sound Vib. 171:557",
@@ -363,10 +353,8 @@ def _friction_force_brown_mcphee(friction, normal, slip):
 
 
 register(
-    Law(
-        "friction",
-        "brown-mcphee",
-        "smooth friction with the Stribeck effect, all derivatives continuous",
+    declared_law(
+        "friction brown-mcphee: smooth friction with the Stribeck effect, all derivatives continuous",
         "T = -N (mu tanh(4 x) + (mu_s - mu) x / (x^2 / 4 + 3/4)^2 + viscous slip), x = slip / stribeck_velocity",
         "after Brown & McPhee 2016, J. Comput. Nonlinear Dyn. 11:054502, as in public programs that quote it",
         (
@@ -417,10 +405,8 @@ def _friction_force_stribeck(friction, normal, slip):
 
 
 register(
-    Law(
-        "friction",
-        "stribeck",
-        "smooth friction with the Stribeck effect and a viscous part",
+    declared_law(
+        "friction stribeck: smooth friction with the Stribeck effect and a viscous part",
         "T = -N ((mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)) tanh(slip / velocity_scale) + viscous slip)",
         "Stribeck 1902, Z. VDI 46:1341, in the form of Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica "
         "30:1083; regularised",
@@ -503,10 +489,8 @@ def _latched_karnopp(friction, event, contact, root):
 
 
 register(
-    Law(
-        "friction",
-        "karnopp",
-        "stick-slip: below a sliding speed the surfaces stick",
+    declared_law(
+        "friction karnopp: stick-slip: below a sliding speed the surfaces stick",
         "above band: T = -N sgn(slip) (mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape) + viscous |slip|); "
         "below: T stops the sliding, at most mu_s N either way, or the friction at the edge of the band if that is "
         "larger",

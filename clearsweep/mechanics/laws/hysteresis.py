@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Field, Law, Merit, ranged
+from ...contracts.catalogue import Field, Law, Merit, declared_law, ranged
 from ...tracing.compiled import calculus as math
 from .bearings import elastic_of_elements
 from .contract import UNKNOWN, compile_law, kinks, rate_variable, register, register_pieces
@@ -37,10 +37,8 @@ def _lossless(law, elastic, pen, rate, onset_rate):
 
 
 register(
-    Law(
-        "law",
-        "hertz",
-        "no loss",
+    declared_law(
+        "law hertz: no loss",
         "F = F_elastic",
         "Hertz 1881, J. reine angew. Math. 92:156",
     ),
@@ -129,10 +127,8 @@ GIVEN_DAMPER = ranged(
 DAMPING_TEXT = "in place of `restitution`: the damper of F = K pen^n + D pen^n rate"
 
 register(
-    Law(
-        "law",
-        "hunt-crossley",
-        "the oldest of its form, for restitution near 1, or with a given damper",
+    declared_law(
+        "law hunt-crossley: the oldest of its form, for restitution near 1, or with a given damper",
         f"{FORCE_FORMULA}3 (1 - e) / 2; or F = F_elastic (1 + (damping / stiffness) rate)",
         "Hunt & Crossley 1975, J. Appl. Mech. 42:440, eqs. 6 and 9",
         (
@@ -327,10 +323,8 @@ def approach_only_factor(e: float) -> float:
 
 
 register(
-    Law(
-        "law",
-        "pant-wijeyewickrema",
-        "loss only during the approach, made for a linear spring",
+    declared_law(
+        "law pant-wijeyewickrema: loss only during the approach, made for a linear spring",
         "F = F_elastic (1 + chi rate / onset_rate) while rate > 0, else F_elastic; chi = 3 (1 - e^2) / (2 e^2)",
         "after Pant & Wijeyewickrema 2012, Earthq. Eng. Struct. Dyn. 41:1709",
         (RESTITUTION,),

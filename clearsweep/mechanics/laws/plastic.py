@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law, ranged
+from ...contracts.catalogue import Field, declared_law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
@@ -197,10 +197,8 @@ def _latched_yielding_sphere_or_plastic(law, event, contact, root):
 
 
 register(
-    Law(
-        "law",
-        "lankarani-nikravesh-plastic",
-        "yields during loading, unloads elastically from an indentation",
+    declared_law(
+        "law lankarani-nikravesh-plastic: yields during loading, unloads elastically from an indentation",
         "F = F_elastic(pen) while pen deepens; below the deepest, pen_m, where it last turned back: "
         "F = F_elastic((pen - pen_p) / e^2), pen_p = (1 - e^2) pen_m, 0 below pen_p; for a power n that is "
         "F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, F_m = K pen_m^n",
@@ -235,10 +233,8 @@ def yield_depth(joint) -> float:
 
 
 register(
-    Law(
-        "law",
-        "kogut-etsion",
-        "a ball in a socket that yields as a finite-element model of a sphere, from a hardness",
+    declared_law(
+        "law kogut-etsion: a ball in a socket that yields as a finite-element model of a sphere, from a hardness",
         "F = F_elastic least(1, 1.03 x^-0.075, 1.40 x^-0.237, (3 / K) x^-0.5) while pen deepens, x = max(1, pen / "
         "w_c), w_c = (pi K H / (2 E*))^2 R, K = 0.454 + 0.41 nu, R = R_b R_j / (R_b - R_j); below the deepest, pen_m, "
         "where it last turned back: F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, n = 1.5 x_m^-0.0331, 0 below pen_p = "
@@ -297,10 +293,8 @@ def _make_tsuji(joint):
 
 
 register(
-    Law(
-        "law",
-        "tsuji",
-        "damped Hertzian spring with exactly the specified restitution",
+    declared_law(
+        "law tsuji: damped Hertzian spring with exactly the specified restitution",
         "F = F_elastic + alpha sqrt(mass F_elastic / pen) rate, alpha = -sqrt(2 (n + 1)) ln e / sqrt(pi^2 + ln(e)^2); "
         "for n = 1.5: F = K pen^1.5 + alpha sqrt(mass K) pen^0.25 rate with sqrt(5) in alpha",
         "Tsuji, Tanaka & Ishida 1992, Powder Technol. 71:239; alpha by Antypov & Elliott 2011, EPL 94:50004",
@@ -343,10 +337,8 @@ def _make_jankowski(joint):
 
 
 register(
-    Law(
-        "law",
-        "jankowski",
-        "Hertzian spring, damped only during the approach",
+    declared_law(
+        "law jankowski: Hertzian spring, damped only during the approach",
         "F = F_elastic + 2 xi sqrt(mass F_elastic / pen) rate while rate > 0, else F_elastic; "
         "xi = (9 sqrt(5) / 2) (1 - e^2) / (e (e (9 pi - 16) + 16))",
         "after Jankowski 2005, Earthq. Eng. Struct. Dyn. 34:595, and 2006, 35:517",
@@ -382,10 +374,8 @@ def _make_anagnostopoulos(joint):
 
 
 register(
-    Law(
-        "law",
-        "anagnostopoulos",
-        "linear spring and damper from the restitution",
+    declared_law(
+        "law anagnostopoulos: linear spring and damper from the restitution",
         "F = k pen + c rate, c = 2 zeta sqrt(k mass), zeta = -ln e / sqrt(pi^2 + ln(e)^2)",
         "Anagnostopoulos 1988, Earthq. Eng. Struct. Dyn. 16:443, and 2004, 33:897",
         (SPRING, RESTITUTION, MASS),
@@ -401,10 +391,8 @@ register(
 
 
 register(
-    Law(
-        "law",
-        "kelvin-voigt-unclipped",
-        "linear spring and damper that pulls until the surfaces part",
+    declared_law(
+        "law kelvin-voigt-unclipped: linear spring and damper that pulls until the surfaces part",
         "F = k pen + c rate",
         "Kelvin-Voigt",
         (SPRING, DAMPER),
@@ -427,10 +415,8 @@ register_contact_force(ViscousSpring, pulls=False, times_elastic=False)(_viscous
 
 
 register(
-    Law(
-        "law",
-        "kelvin-voigt",
-        "linear spring and damper, clipped",
+    declared_law(
+        "law kelvin-voigt: linear spring and damper, clipped",
         "F = max(0, k pen + c rate)",
         "Kelvin-Voigt; clipped at zero",
         (SPRING, DAMPER),
@@ -445,10 +431,8 @@ register(
 
 
 register(
-    Law(
-        "law",
-        "ristow",
-        "elastic force and a constant damper, clipped",
+    declared_law(
+        "law ristow: elastic force and a constant damper, clipped",
         "F = max(0, F_elastic + damping rate)",
         "after Ristow 1992, J. Phys. I France 2:649",
         (DAMPER,),
@@ -473,10 +457,8 @@ def _root_viscous(law, elastic, pen, rate, onset_rate):
 
 
 register(
-    Law(
-        "law",
-        "kuwabara-kono",
-        "viscoelastic spheres, clipped",
+    declared_law(
+        "law kuwabara-kono: viscoelastic spheres, clipped",
         "F = max(0, F_elastic + damping sqrt(pen) rate)",
         "Kuwabara & Kono 1987, Jpn. J. Appl. Phys. 26:1230",
         (ranged("damping", "N*s/m^1.5", "coefficient of the damper per square root of the penetration", "[0, inf)"),),
@@ -510,10 +492,8 @@ def _stepped_damper(law, elastic, pen, rate, onset_rate):
 
 
 register(
-    Law(
-        "law",
-        "adams-impact",
-        "the IMPACT function of MSC Adams",
+    declared_law(
+        "law adams-impact: the IMPACT function of MSC Adams",
         "F = max(0, F_elastic + damping step(pen) rate), step = 3 x^2 - 2 x^3 of x = min(1, pen / depth)",
         "MSC Adams/Solver, functions IMPACT and STEP",
         (

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...contracts.catalogue import Law, Range
+from ...contracts.catalogue import Range, declared_law
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
@@ -75,10 +75,8 @@ def _make_short(joint):
 
 
 register(
-    Law(
-        "film",
-        "short",
-        "a short bearing: the oil flows along the pin",
+    declared_law(
+        "film short: a short bearing: the oil flows along the pin",
         "p = (3 mu / c^2) (L^2 / 4 - z^2) (w eps sin(theta) - 2 eps' cos(theta)) / (1 + eps cos(theta))^3 over the "
         "half circle where p > 0, w = w_j + w_b - 2 gamma'; force in closed form",
         "after Ocvirk 1952, NACA TN 2808, and Booker 1965, J. Basic Eng. 87:537; the integrals derived independently",
@@ -217,10 +215,8 @@ def _make_reynolds(joint):
 
 
 register(
-    Law(
-        "film",
-        "reynolds",
-        "a bearing of finite length: Reynolds' equation in two dimensions, with a cavity",
+    declared_law(
+        "film reynolds: a bearing of finite length: Reynolds' equation in two dimensions, with a cavity",
         "p >= 0, d/dx (h^3 dp/dx) + d/dz (h^3 dp/dz) = 6 mu (w dh/dphi + 2 dh/dt) where p > 0, w = w_j + w_b - 2 "
         "gamma'; P = P_short exp(g(eps, s)), s = S / (S^2 + (1 - eps^2)^(1/2) W^2)^(1/2), S = 2 eps', W = w eps; F_r = "
         "-dP/dS / c, F_t = dP/dW / c; g = sum of c_km t^m T_k(s), t = artanh(eps), for the joint's length / diameter",
@@ -337,10 +333,8 @@ def _make_finite(joint):
 
 
 register(
-    Law(
-        "film",
-        "finite",
-        "a bearing of finite length, fitted to solutions of Reynolds' equation",
+    declared_law(
+        "film finite: a bearing of finite length, fitted to solutions of Reynolds' equation",
         "F_r = -(L D mu / psi^2) (So_D |w| cos(beta) + So_V eps'), F_t = (L D mu / psi^2) So_D w sin(beta), psi = c / "
         "R, w = w_j + w_b - 2 gamma'; So_D = b^2 eps (pi^2 (1 - eps^2) + 16 eps^2)^(1/2) / (2 (1 - eps^2)^2) a1 (eps - "
         "1) / (a2 + eps), So_V = 4 b^2 (1 - eps^2)^(-5/2) ((pi / 2 - arccos(eps) / 2) (1 + 2 eps^2) + 1.5 eps (1 - "
@@ -448,10 +442,8 @@ def _force_and_pressure_factors(joint):
 
 
 register(
-    Law(
-        "film",
-        "long",
-        "a long bearing: the oil flows around the pin",
+    declared_law(
+        "film long: a long bearing: the oil flows around the pin",
         "p = (6 mu R^2 / c^2) (w eps sin(theta) (2 + eps cos(theta)) / ((2 + eps^2) H^2) + eps' / (eps H^2) + p_0), "
         "H = 1 + eps cos(theta), over the half circle from tan(theta_1) = eps' (2 + eps^2) / (w eps) at whose ends it "
         "is 0; w = w_j + w_b - 2 gamma'; force in closed form",
@@ -495,10 +487,8 @@ def _film_force_pinkus_sternlicht(law, motion):
 
 
 register(
-    Law(
-        "film",
-        "pinkus-sternlicht",
-        "a long bearing, in the form used in multibody dynamics",
+    declared_law(
+        "film pinkus-sternlicht: a long bearing, in the form used in multibody dynamics",
         "F_r = -6 mu L R^3 / c^2 |eps'| (4 k eps^2 +- (2 + eps^2) pi q) / ((2 + eps^2) (1 - eps^2)^(3/2)), F_t = 6 pi "
         "mu L R^3 / c^2 eps w q / ((2 + eps^2) (1 - eps^2)^(1/2)), k^2 = (1 - eps^2) (w^2 / (4 eps'^2) + 1 / eps^2), q "
         "= (k + 3) / (k + 3/2) and + for eps' > 0, q = k / (k + 3/2) and - for eps' < 0; w = w_j + w_b - 2 gamma'",

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Columns, Field, Law, ranged
+from ...contracts.catalogue import Columns, Field, declared_law, ranged
 from ...language.errors import InputError
 from .contract import register, require
 from .elastic import plane_strain_modulus
@@ -279,10 +279,8 @@ class Smooth(NamedTuple):
 
 
 register(
-    Law(
-        "roughness",
-        "smooth",
-        "no roughness: the elastic law alone",
+    declared_law(
+        "roughness smooth: no roughness: the elastic law alone",
         "pen = bulk(F)",
         "the limit of surfaces whose scale goes to zero",
         notes="The same as a joint without the section, except for the identity of the case.  For sweeps over rough "
@@ -321,10 +319,8 @@ def _make_fractal(joint: Joint) -> Surface:
 
 
 register(
-    Law(
-        "roughness",
-        "fractal",
-        "fractal surfaces, small spots plastic and large ones elastic",
+    declared_law(
+        "roughness fractal: fractal surfaces, small spots plastic and large ones elastic",
         "P = psi^((2-D)/2) [(4 sqrt(pi)/3) E* G^(D-1) D / (3-2D) a_L^(D/2) (a_L^((3-2D)/2) - a_c^((3-2D)/2)) + H D / "
         "(2-D) a_L^(D/2) a_c^((2-D)/2)], a_c = G^2 / (H / (2 E*))^(2/(D-1)); P = psi^((2-D)/2) H D / (2-D) a_L for a_L "
         "< a_c; its limit, a logarithm, at D = 3/2; psi^((2-D)/2) - (1 + psi^(-D/2))^(-(2-D)/D) = (2-D) / D",
@@ -394,10 +390,8 @@ def _make_kogut_etsion(joint: Joint) -> Surface:
 
 
 register(
-    Law(
-        "roughness",
-        "kogut-etsion",
-        "fractal surfaces, spots elastic, elastic-plastic in two regimes, and plastic",
+    declared_law(
+        "roughness kogut-etsion: fractal surfaces, spots elastic, elastic-plastic in two regimes, and plastic",
         "P = integral of F(a) n(a) over a up to a_L, n = (D/2) psi^((2-D)/2) a_L^(D/2) a^(-(D+2)/2); F = F_c r^1.5 for "
         "r < 1, 1.03 F_c r^1.425 up to 6, 1.40 F_c r^1.263 up to 110, 3 F_c r / K beyond; r = (a_c / a)^(D-1), a_c "
         "= G^2 (2 E* / (K H))^(2/(D-1)), F_c r = (2/3) K H a / pi, K = 0.454 + 0.41 nu",

@@ -15,7 +15,7 @@ import numpy as np
 
 from ... import laws as recorded
 from ...contracts.case import Joint
-from ...contracts.catalogue import Field, Law
+from ...contracts.catalogue import Field, Law, declared_law
 from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled.family import inlined
@@ -104,10 +104,8 @@ def _make_wear_law(law_type, joint: Joint):
 
 
 register(
-    Law(
-        "wear",
-        "archard",
-        "depth proportional to pressure and sliding distance",
+    declared_law(
+        "wear archard: depth proportional to pressure and sliding distance",
         "dh = k p |slip| dt",
         "Archard 1953, J. Appl. Phys. 24:981",
         notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A coefficient "
@@ -119,10 +117,8 @@ register(
 
 
 register(
-    Law(
-        "wear",
-        "energy",
-        "depth proportional to the work of friction",
+    declared_law(
+        "wear energy: depth proportional to the work of friction",
         "dh = alpha tau |slip| dt, tau = p T / N the friction on the area",
         "Fouvry, Liskiewicz, Kapsa, Hannel & Sauger 2003, Wear 255:287, worn volume over dissipated energy; that the "
         "work is spread like the pressure is an assumption",
@@ -257,10 +253,8 @@ def _make_hertz_line(joint: Joint) -> HertzLine:
 
 
 register(
-    Law(
-        "pressure",
-        "hertz-line",
-        "Hertzian line contact",
+    declared_law(
+        "pressure hertz-line: Hertzian line contact",
         "half-width a = sqrt(4 f R / (pi E*)), f = F / length",
         "Johnson 1985, Contact Mechanics, section 4.2(c)",
         (MODULUS,),
@@ -327,10 +321,8 @@ def _peak_over_mean_uniform(pressure, half_angle):
 
 
 register(
-    Law(
-        "pressure",
-        "mean",
-        "uniform over the contact arc",
+    declared_law(
+        "pressure mean: uniform over the contact arc",
         "p = f / (2 R sin theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
         "geometry of rigid circles; that the pressure is uniform over their arc is an assumption",
         notes="The default where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc "
@@ -387,10 +379,8 @@ def _peak_over_mean_winkler(pressure, half_angle):
 
 
 register(
-    Law(
-        "pressure",
-        "winkler",
-        "proportional to the overlap of the circles",
+    declared_law(
+        "pressure winkler: proportional to the overlap of the circles",
         "p = f (cos phi - cos theta0) / (R (theta0 - sin theta0 cos theta0)), cos theta0 = c / (c + pen), "
         "f = F / length, R the radius of the body",
         "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; the scale from the balance of forces",
@@ -530,10 +520,8 @@ def _make_persson(joint: Joint) -> Persson:
 
 
 register(
-    Law(
-        "pressure",
-        "persson",
-        "conformal contact of like materials, over any arc up to its limiting angle",
+    declared_law(
+        "pressure persson: conformal contact of like materials, over any arc up to its limiting angle",
         "p R / f = 2 sqrt(b^2 - y^2) / (pi sqrt(1 + b^2) (1 + y^2)) + ln((w + r) / (w - r)) / (2 pi b^2 (1 + b^2)), "
         "r = sqrt(b^2 - y^2), w = sqrt(b^2 + 1), b = tan(theta / 2), y = tan(phi / 2); "
         "f = 2 pi E* c b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), f = F / length",
