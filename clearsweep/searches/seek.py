@@ -353,7 +353,7 @@ def _read_fits(
     reader.choices |= dict.fromkeys((path.value for path in paths), ascending)
     position = among.origin, among.line, among.column
     values = [WrittenValue(f"{fit.high!r} m", *position, by_name=True) for fit in ascending]
-    return paths, WrittenValue(values, among.origin, among.line, among.column)
+    return paths, among.with_value(values)
 
 
 def _read_seek(reader: Reader, root: WrittenValue) -> Seek | None:

@@ -65,25 +65,25 @@ class _NameReplacer:
             return joint
         name = text_of_name(joint.value[BEARING])
         designation, group = parse_bearing_name(name.value) if isinstance(name.value, str) else (name.value, "")
-        entry = self._entry(library.BEARINGS, f"{path}.{BEARING}", _at_position_of(name, designation))
+        entry = self._entry(library.BEARINGS, f"{path}.{BEARING}", name.with_value(designation))
         sizes, grooves, ratings = (_part_of(entry, part) for part in ("", "groove", "capacity"))
         content = {key: value for key, value in joint.value.items() if key != BEARING}
         content.setdefault("kind", _by_name(name, "ball" if grooves.values else "needle"))
         content = self._filled(path, content, sizes, tuple(sizes.values), name, unchecked)
-        capacity = content.get("capacity", _at_position_of(name, {}))
+        capacity = content.get("capacity", name.with_value({}))
         if isinstance(capacity.value, dict):
             rated = self._filled(f"{path}.capacity", capacity.value, ratings, tuple(ratings.values), name, unchecked)
-            content["capacity"] = _at_position_of(capacity, rated)
+            content["capacity"] = capacity.with_value(rated)
         if grooves.values and "groove" not in content:
             filled = self._filled(f"{path}.groove", {}, grooves, tuple(grooves.values), name, unchecked)
-            content["groove"] = _at_position_of(name, [*filled.values()])
+            content["groove"] = name.with_value([*filled.values()])
         try:
             check_group(entry.name, group)
         except InputError as error:
             self.problems.add(name, f"{path}.{BEARING}", str(error))
         if grooves.values:
             content["clearance"] = self._clearance(path, content.get("clearance"), name, group)
-        return _at_position_of(joint, {key: value for key, value in content.items() if value is not None})
+        return joint.with_value({key: value for key, value in content.items() if value is not None})
 
     def _clearance(self, path: str, written: WrittenValue | None, name: WrittenValue, group: str) -> WrittenValue:
         """Return the clearance of a named bearing: its group, CN if there is none, mounted as written."""
@@ -91,7 +91,7 @@ class _NameReplacer:
         if written is None:
             return _by_name(name, named_group)
         if isinstance(written.value, dict) and not {"group", "groups"} & {*written.value}:
-            return _at_position_of(written, named_group | written.value)
+            return written.with_value(named_group | written.value)
         if group:
             message = f"conflicts with the group {group} in the name of the bearing; remove one of the two"
             self.problems.add(written, f"{path}.clearance", message)
@@ -108,16 +108,16 @@ class _NameReplacer:
         materials = {
             body: self.materials.get(f"{material_path}.{body}", self.materials.get(material_path)) for body in BODIES
         }
-        written = thermal.value.get("expansion", _at_position_of(thermal, {}))
+        written = thermal.value.get("expansion", thermal.with_value({}))
         if None in materials.values() or not isinstance(written.value, dict):
             return thermal
         content = dict(written.value)
         for body, entry in materials.items():
             if body not in content and entry is not None:
                 value = entry.values["expansion"]
-                content[body] = _at_position_of(written, _written_text(value))
+                content[body] = written.with_value(_written_text(value))
                 self.numbers.append(LibraryNumber(f"{path}.expansion.{body}", entry.name, value))
-        return _at_position_of(thermal, thermal.value | {"expansion": _at_position_of(written, content)})
+        return thermal.with_value(thermal.value | {"expansion": written.with_value(content)})
 
     def replace_in_body(self, path: str, body: WrittenValue) -> WrittenValue:
         """Return a body with the name of the material of its elastic link replaced by numbers."""
@@ -132,7 +132,7 @@ class _NameReplacer:
         name = section.value[HOUSING_MATERIAL]
         content = {key: value for key, value in section.value.items() if key != HOUSING_MATERIAL}
         entry = self._entry(library.MATERIALS, f"{path}.{HOUSING_MATERIAL}", name)
-        return _at_position_of(section, self._filled(path, content, entry, keys, name, unchecked))
+        return section.with_value(self._filled(path, content, entry, keys, name, unchecked))
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(nested: str, written: WrittenValue) -> WrittenValue:
@@ -158,7 +158,7 @@ class _NameReplacer:
             return written
         entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
         unchecked |= consents
-        return _at_position_of(written, self._filled(path, content, entry, used_keys, name, unchecked))
+        return written.with_value(self._filled(path, content, entry, used_keys, name, unchecked))
 
     def _film(self, path: str, film: WrittenValue) -> WrittenValue:
         film, unchecked = self._pop_unchecked(path, film, (OIL,))
@@ -168,12 +168,12 @@ class _NameReplacer:
         if viscosity is not None and not isinstance(viscosity.value, dict):
             message = "conflicts with `viscosity`, which it determines; remove one of the two"
             self.problems.add(film.key_position(OIL), f"{path}.{OIL}", message)
-            return _at_position_of(film, {key: value for key, value in film.value.items() if key != OIL})
+            return film.with_value({key: value for key, value in film.value.items() if key != OIL})
         content = {} if viscosity is None else viscosity.value
         entry = self._entry(library.OILS, f"{path}.{OIL}", name)
         filled = self._filled(f"{path}.viscosity", content, entry, tuple(entry.values), name, unchecked)
         without_name = {key: value for key, value in film.value.items() if key != OIL}
-        return _at_position_of(film, without_name | {"viscosity": _at_position_of(viscosity or name, filled)})
+        return film.with_value(without_name | {"viscosity": (viscosity or name).with_value(filled)})
 
     def _wear(self, path: str, wear: WrittenValue) -> WrittenValue:
         """Return a section of wear with the coefficient of a named pair; the harder of unlike bodies does not wear."""
@@ -182,7 +182,7 @@ class _NameReplacer:
             return wear
         name = wear.value[PAIR]
         content = {key: value for key, value in wear.value.items() if key != PAIR}
-        content.setdefault("law", _at_position_of(name, DEFAULT_WEAR_LAW))
+        content.setdefault("law", name.with_value(DEFAULT_WEAR_LAW))
         entry = self._entry(library.PAIRS, f"{path}.{PAIR}", name)
         content = self._filled(path, content, entry, ("coefficient",), name, unchecked)
         hard_body = self._harder_body(path.rpartition(".")[0])
@@ -195,8 +195,8 @@ class _NameReplacer:
             running_in = content.get("running_in")
             if running_in and isinstance(running_in.value, dict):
                 unworn = {f"{hard_body}_initial": zero} | running_in.value
-                content["running_in"] = _at_position_of(running_in, unworn)
-        return _at_position_of(wear, content)
+                content["running_in"] = running_in.with_value(unworn)
+        return wear.with_value(content)
 
     def _harder_body(self, joint: str) -> str:
         """Return the harder body of a joint by its materials; the journal, as in a bush, where they are not named."""
@@ -232,7 +232,7 @@ class _NameReplacer:
         elif flag.value:
             self.unchecked_sections.append(path)
         content = {key: value for key, value in section.value.items() if key != UNCHECKED}
-        return _at_position_of(section, content), flag.value is True
+        return section.with_value(content), flag.value is True
 
     def _filled(
         self,
@@ -282,9 +282,7 @@ def _with_changed_entry(
     if not isinstance(section.value, dict) or key not in section.value:
         return section
     replacement = change(path, section.value[key])
-    return (
-        section if replacement is section.value[key] else _at_position_of(section, section.value | {key: replacement})
-    )
+    return section if replacement is section.value[key] else section.with_value(section.value | {key: replacement})
 
 
 def _part_of(entry: Entry, part: str) -> Entry:
@@ -296,11 +294,6 @@ def _part_of(entry: Entry, part: str) -> Entry:
 def _by_name(name: WrittenValue, value: object) -> WrittenValue:
     """Return a value that follows from a name, at its position."""
     return WrittenValue(value, name.origin, name.line, name.column, by_name=True)
-
-
-def _at_position_of(written: WrittenValue, value: object) -> WrittenValue:
-    """Return a new value at the position of another."""
-    return WrittenValue(value, written.origin, written.line, written.column, written.keys)
 
 
 def _written_text(value: Value) -> str | float:
@@ -437,4 +430,4 @@ def written_names(varied_names: Mapping[str, VariedName], root: WrittenValue) ->
 def text_of_name(written: WrittenValue) -> WrittenValue:
     """Return the name of a bearing as text: 6204 is a number of YAML."""
     is_number = isinstance(written.value, int) and not isinstance(written.value, bool)
-    return _at_position_of(written, str(written.value)) if is_number else written
+    return written.with_value(str(written.value)) if is_number else written

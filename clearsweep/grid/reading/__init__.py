@@ -126,7 +126,7 @@ def _own_figures(root: WrittenValue, catalogue: Catalogue) -> WrittenValue:
         for name, entry in entries.items()
         if isinstance(entry.value, dict) or (isinstance(entry.value, str) and entry.value in names)
     }
-    return WrittenValue(own, written.origin, written.line, written.column, written.keys)
+    return written.with_value(own)
 
 
 def _figure_outline(name: str, written: WrittenValue, catalogue: Catalogue) -> FigureOutline:

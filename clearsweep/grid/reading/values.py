@@ -277,7 +277,7 @@ def _times_sign(written: WrittenValue, factor: int) -> WrittenValue:
         value = 0
     elif factor < 0:
         value = -value if not isinstance(value, str) else value[1:] if value.startswith("-") else f"-{value}"
-    return WrittenValue(value, written.origin, written.line, written.column)
+    return written.with_value(value)
 
 
 def assumed_units(reader: Reader) -> tuple[str, ...]:
@@ -400,7 +400,7 @@ def set_wear_units(reader: Reader) -> None:
         are_bare = bool(leaves) and all(part and all(map(_is_number, part)) for part in leaves)
         if path not in reader.written and f"{wear}.hardness" in entries and are_bare:
             first = coefficients[0]
-            reader.written[path] = WrittenValue(DIMENSIONLESS, first.origin, first.line, first.column)
+            reader.written[path] = first.with_value(DIMENSIONLESS)
 
 
 def _leaf_values(written: WrittenValue) -> Iterator[Any]:

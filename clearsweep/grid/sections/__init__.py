@@ -523,7 +523,7 @@ def make_word_axis(reader: Reader, path: str) -> None:
         return
     if any(search.varies_word(reader, path) for search in reader.searches.values()):
         position = reader.position_of(path)
-        reader.written_axes[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
+        reader.written_axes[path] = position.with_value(reader.values[path])
         reader.varied_by[path] = "sweep"
         reader.axes[path] = (reader.values.pop(path),)
         if path in reader.added_written:

@@ -381,9 +381,7 @@ def _spaced_values(
     except InputError as error:
         problems.add(parameters, key_path, f"{spacing}: {error}")
         return None
-    checked = [
-        reading.value(WrittenValue(value, parameters.origin, parameters.line, parameters.column)) for value in values
-    ]
+    checked = [reading.value(parameters.with_value(value)) for value in values]
     return None if None in checked else checked
 
 

@@ -115,14 +115,14 @@ def _mount_each(reader: "_FitReader", written: WrittenValue) -> None:
         if group and not content["group"].by_name:
             message = f"conflicts with the group {group} in a name under {reader.bearing}; remove one of the two"
             raise _WrongFitError(written, message)
-        named_group = _at_position_of(item, group or NORMAL_GROUP) if content["group"].by_name else content["group"]
+        named_group = item.with_value(group or NORMAL_GROUP) if content["group"].by_name else content["group"]
         named = dict(numbers[item.value])
 
         def values_of(size: str, named: Mapping[str, float] = named) -> tuple[float, ...]:
             return (named[size],) if size in named else reader.values_of(size)
 
         each = _FitReader(grid_reader, path, reader.naming, values_of)
-        fit = each.fit(_at_position_of(written, content | {"group": named_group}), each.radii)
+        fit = each.fit(written.with_value(content | {"group": named_group}), each.radii)
         numbers[item.value] = named | {path: fit.mean}
     content = content | reader.mounting_on_joint
     mounting = {key: entry.value for key, entry in content.items() if not entry.by_name}
@@ -211,13 +211,13 @@ class _FitReader:
     def read_axis(self, written: WrittenValue) -> WrittenValue:
         """Return a written axis with its fits replaced by clearances (m)."""
         if self.grid_reader.varied_by.get(self.path) == "sample":
-            return _at_position_of(written, self._distribution(written))
+            return written.with_value(self._distribution(written))
         items = self.items(written) if isinstance(written.value, dict) else written.value
         is_zipped = self.radius_path in self.grid_reader.written_axes and self.grid_reader.vary_together(
             self.path, self.radius_path
         )
         radii = [self.radii[row : row + 1] if is_zipped else self.radii for row in range(len(items))]
-        return _at_position_of(written, list(map(self._mean_clearance, items, radii)))
+        return written.with_value(list(map(self._mean_clearance, items, radii)))
 
     def items(self, written: WrittenValue) -> list[WrittenValue]:
         """Return each entry of `{fits: [...]}` or `{groups: [...]}` as a single one."""
@@ -226,7 +226,7 @@ class _FitReader:
         names = content.get(self.naming.words)
         if {*content} - {*extras} != {self.naming.words} or not isinstance(names.value, list) or not names.value:
             raise _WrongFitError(written, f"found {quoted(content)}; expected {self.naming.axis_text}")
-        return [_at_position_of(name, {self.naming.word: name, **extras}) for name in names.value]
+        return [name.with_value({self.naming.word: name, **extras}) for name in names.value]
 
     def _mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
         """Return the mean clearance of `{fit: NAME}` at a size (m); other values are returned unchanged."""
@@ -234,7 +234,7 @@ class _FitReader:
             return written
         if not {self.naming.word} <= set(written.value) <= {self.naming.word, *self.naming.extras}:
             raise _WrongFitError(written, self._expected_text(written.value, self.naming.example_text))
-        return _at_position_of(written, _length_text(self.fit(written, radii).mean))
+        return written.with_value(_length_text(self.fit(written, radii).mean))
 
     def _distribution(self, written: WrittenValue) -> Any:
         """Return the distribution of a fit, as a grid section."""
@@ -337,17 +337,12 @@ def recorded_fits(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:
     return {path: tuple(Fit(**limits) for limits in fits) for path, fits in record.get("fits", {}).items()}
 
 
-def _at_position_of(written: WrittenValue, value: Any) -> WrittenValue:
-    """Return a new value at the position of another."""
-    return WrittenValue(value, written.origin, written.line, written.column)
-
-
 def _lengths_like(value: Any, written: WrittenValue) -> Any:
     """Return dicts and lists of numbers as lengths, each at the position of `written`."""
     if isinstance(value, dict):
-        return {key: _at_position_of(written, _lengths_like(item, written)) for key, item in value.items()}
+        return {key: written.with_value(_lengths_like(item, written)) for key, item in value.items()}
     if isinstance(value, list):
-        return [_at_position_of(written, _lengths_like(item, written)) for item in value]
+        return [written.with_value(_lengths_like(item, written)) for item in value]
     return _length_text(value)
 
 

@@ -317,7 +317,7 @@ def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:
     for name, message in invalid.items():
         reader.problems.add(written.key_position(name), key_path, message)
     items = [item for name, item in written.value.items() if name not in invalid]
-    reader.written_axes[path] = WrittenValue(items, written.origin, written.line, written.column)
+    reader.written_axes[path] = written.with_value(items)
     if not invalid:
         reader.labels[path] = tuple(written.value)
 
@@ -423,8 +423,8 @@ def with_branch_axes(root: WrittenValue, problems: Problems) -> WrittenValue:
     if path.rpartition(".")[2] in settings or path in sweep.value:
         return root
     values = ["up", "down"] if word == "carried" else range(1, 1 + (_count(settings.get("random")) or 1))
-    items = [WrittenValue(value, start.origin, start.line, start.column) for value in values]
-    axis = WrittenValue(items, start.origin, start.line, start.column)
+    items = [start.with_value(value) for value in values]
+    axis = start.with_value(items)
     root = _with(root, "simulate", replace(simulate, value={k: v for k, v in settings.items() if k != "random"}))
     return _with(root, "sweep", replace(sweep, value={**sweep.value, path: axis})) if len(items) > 1 else root
 

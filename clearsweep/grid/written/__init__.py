@@ -232,6 +232,10 @@ class WrittenValue:
         """Return the position as `grid.yaml:14:12: `, or the known part of it."""
         return f"{self.origin}:{self.line}:{self.column}: " if self.line else f"{self.origin}: " if self.origin else ""
 
+    def with_value(self, value: Any) -> "WrittenValue":
+        """Return another value at this position, and with these positions of keys."""
+        return WrittenValue(value, self.origin, self.line, self.column, self.keys)
+
     def key_position(self, key: str) -> "WrittenValue":
         """Return the position of a key of this section, or that of its value if it is unknown."""
         position = self.keys.get(key)
@@ -396,7 +400,7 @@ def _with_value(
         entries.pop(key, None)
     else:
         entries[key] = value
-    return WrittenValue(entries, written.origin, written.line, written.column, written.keys)
+    return written.with_value(entries)
 
 
 def from_node(
@@ -555,7 +559,7 @@ def _with_swept_path(root: WrittenValue, path: str, values: WrittenValue) -> Wri
         return root  # its problem is reported elsewhere
     keys = {key: location for key, location in section.keys.items() if key != path}
     with_axis = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
-    return WrittenValue(root.value | {"sweep": with_axis}, root.origin, root.line, root.column, root.keys)
+    return root.with_value(root.value | {"sweep": with_axis})
 
 
 def leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:

@@ -184,11 +184,9 @@ def resolve_definitions(
             for name in named
             if name in definitions.varied_names
         }
-        content[DEFINE] = WrittenValue(varied_entries, section.origin, section.line, section.column, section.keys)
+        content[DEFINE] = section.with_value(varied_entries)
     ordered = {key: content[key] for key in sections if key in content}
-    return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), definitions._replace(
-        dependents=evaluator.dependents
-    )
+    return root.with_value(ordered), definitions._replace(dependents=evaluator.dependents)
 
 
 def definitions_of_resolved(resolved: Mapping[str, Any]) -> Definitions:
@@ -223,7 +221,7 @@ class _ExpressionEvaluator:
             value = [self.evaluate_tree(entry, f"{path}.{index}") for index, entry in enumerate(value)]
         else:
             return self._evaluate(written, path)
-        return WrittenValue(value, written.origin, written.line, written.column, written.keys)
+        return written.with_value(value)
 
     def _has_expression(self, written: WrittenValue) -> bool:
         value = written.value
@@ -425,7 +423,7 @@ def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
     if written is None:
         return root
     content = {key: value for key, value in root.value.items() if key != EXTENDS}
-    own = WrittenValue(content, root.origin, root.line, root.column, root.keys)
+    own = root.with_value(content)
     name = written.value
     if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
         message = f"found {quoted(name)}; expected the name of a grid file in the same folder, such as base.yaml"
@@ -442,7 +440,7 @@ def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
         return own
     problems.base = name
     inherited = {key: value for key, value in base.value.items() if key != "name"}
-    return _merged(WrittenValue(inherited, base.origin, base.line, base.column, base.keys), own)
+    return _merged(base.with_value(inherited), own)
 
 
 def _merged(base: WrittenValue, own: WrittenValue) -> WrittenValue:

@@ -215,7 +215,7 @@ def read_law_files(root: WrittenValue, problems: Problems) -> tuple[WrittenValue
     if written.value == []:
         problems.add(written, LAWS, f"names no file; expected a {LAWS_TEXT}")
     content = {key: value for key, value in root.value.items() if key != LAWS}
-    return WrittenValue(content, root.origin, root.line, root.column, root.keys), files
+    return root.with_value(content), files
 
 
 def _read_entry(written: WrittenValue) -> LawFile:
