@@ -71,7 +71,7 @@ def _takes_optional_value(option: click.Parameter) -> bool:
 
 #: Names of other programs for what a verb does, which an error suggests.
 SYNONYMS = {
-    **dict.fromkeys(("sweep", "simulate", "start", "resume", "solve"), "run"),
+    **dict.fromkeys(("sweep", "simulate", "start", "resume", "solve", "optimise", "optimize", "seek"), "run"),
     **dict.fromkeys(("compare", "diff", "plot", "html", "export"), "report"),
     **dict.fromkeys(("animate", "case"), "show"),
     **dict.fromkeys(("validate", "lint"), "run GRID --dry-run"),

@@ -526,6 +526,7 @@ def _compare_design(run: Judged, design: oracle.Design, entry: dict, check) -> N
     if any(run.roles.get(path) not in (None, oracle.CHOICE) for path in run.written.get("sample", {}).get("over", {})):
         share, draws = entry["share"], design.draws
         count = sum(draws)
+        check(f"draws {name}", share["draws"], [count])
         for key, number in zip(("met", "exceeded", "undecided"), draws, strict=True):
             check(f"{key} in share {name} {share} {draws}", _close(share[key], number / count), [True])
         if run.written["sample"]["method"] != "saltelli":  # the draws of which are not independent

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from answer_grids import MadeUp
 from click.testing import CliRunner
-from judged_cases import CLEARANCE, FORCE, IMPACTS, SPEED, answer_of, record_of, table_of
+from judged_cases import CLEARANCE, FORCE, IMPACTS, SPEED, UNITS, answer_of, record_of, table_of
 
 import clearsweep
 from clearsweep import grid as grids
@@ -20,7 +20,7 @@ from clearsweep.answers.words import Words, digits_of, varied_text
 from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.sweeping.summary import plain
+from clearsweep.sweeping.summary import derived_lines, plain
 from clearsweep.sweeping.sweep import Options, run_sweep
 
 PIN = "pin"
@@ -116,6 +116,69 @@ def test_equal_values_of_several_joints_are_said_once():
     assert known_words.setting(dict.fromkeys(paths, "H7/e8")) == "clearance H7/e8 in 3 joints"
     mixed = known_words.setting(dict(zip(paths, ("H7/e8", "H7/e8", "H7/g6"), strict=True)))
     assert mixed == "clearance H7/e8 in 2 joints, clearance (c) H7/g6"
+
+
+def tied(second, **more):
+    """Return the sentences on two pins whose clearances change together; second : clearances (m) of the other pin."""
+    paths, firsts = [f"joints.{name}.clearance" for name in "ab"], [1e-4, 2e-4]
+    written = {"unit": "mm", "factor": 1e-3, "offset": 0.0}
+    zipped = dict(zip(paths, (firsts, second), strict=True))
+    record = record_of({FORCE: 500.0}, {}, dict.fromkeys(paths, "m"), zip=zipped, **more)
+    record["written_units"] = dict.fromkeys(paths, written)
+    rows = [(first, other, force) for first, other, force in zip(firsts, second, (100.0, 300.0), strict=True)]
+    table = table_of({**{path: place for place, path in enumerate(paths)}, FORCE: 2}, rows)
+    answer = answer_of(record | {"roles": dict.fromkeys(paths, "choice")}, table)
+    return worded(answer, record, table)
+
+
+def test_clearances_that_change_together_are_named_once():
+    assert (
+        tied([1e-4, 2e-4])[-1]
+        == "Force peak rises from 100 to 300 N as clearance in 2 joints grows from 0.1 to 0.2 mm."
+    )
+
+
+def test_clearances_that_change_against_each_other_are_named_both():
+    assert "as clearance (a) grows from 0.1 to 0.2 mm and clearance (b) changes with it" in tied([2e-4, 1e-4])[-1]
+
+
+def test_a_value_without_effect_is_said_to_change_a_figure_by_one_per_cent_at_most():
+    record = record_of({FORCE: 500.0})
+    rows = [(2e-5, 500, 100.0), (2e-5, 2000, 100.9), (2e-4, 500, 100.0), (2e-4, 2000, 100.9)]
+    table = table_of({CLEARANCE: 0, SPEED: 1, FORCE: 2}, rows)
+    said = worded(answer_of(record, table), record, table)
+    assert said[-1] == "Crank speed and clearance change force peak by at most 1 %."
+
+
+def test_a_design_of_a_table_is_called_by_its_name():
+    record = record_of({FORCE: 200.0}, {CLEARANCE: "choice"}, {CLEARANCE: "m"}, case_labels=["variant"])
+    table = table_of({CLEARANCE: 0, FORCE: 1}, [(2e-5, 100.0), (2e-4, 300.0)]) | {"variant": ["new", "worn"]}
+    said = worded(answer_of(record, table), record, table)
+    assert said[1] == (
+        "Met up to new, clearance 0.02 mm (margin 50 %); worn, clearance 0.2 mm has 1.5 times the limit of force peak."
+    )
+
+
+def test_a_search_without_answer_says_what_would_help():
+    effect = {"path": "mechanism.crank.length", "value": 0.05, "margin": -1.0, "unit": "m"}
+    nearest = {"needed": {FORCE: "at most 1 kN"}, "effects": [effect | {"lower": -0.5, "upper": None}]}
+    seek = {"largest": CLEARANCE, "for": "all"}
+    record = record_of({FORCE: 500.0}, {}, UNITS, seek=seek, nearest=nearest)
+    answer = {"question": "seek", "complete": True, "roles": {SPEED: "condition"}, "nearest": [], "cases": None}
+    answer["search"] = [{SPEED: 100.0, f"seek.{CLEARANCE}": None, "seek_low": None, "limiting": FORCE}]
+    assert worded(answer, record, {FORCE: [1000.0]}) == (
+        "The largest clearance within the limits at every crank speed: none in the range.",
+        "The limits that would be met: force peak at most 1 kN.",
+        "Of the other keys crank length matters most: 10 % less gives 1.5 times the limit, 10 % more a failed case.",
+    )
+
+
+def test_derived_values_of_several_joints_share_a_line():
+    value = {"unit": "m", "min": 1e-5, "max": 2e-5}
+    names = [f"joints.{name}.clearance (H7/g6, {side})" for name in "abc" for side in ("radial", "diametral")]
+    (line,) = derived_lines(dict.fromkeys(names, value))
+    sizes = "10 µm to 20 µm radial, 10 µm to 20 µm diametral"
+    assert plain(line) == f"derived: clearance (H7/g6) of a, b and c = {sizes}"
 
 
 def test_no_line_is_long_and_no_answer_has_many():

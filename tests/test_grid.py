@@ -1,9 +1,11 @@
 """Claims about grids: which cases a file means, and what a case is called."""
 
 import copy
+import functools
 import itertools
 import json
 import math
+import re
 import subprocess
 import sys
 import tracemalloc
@@ -14,6 +16,7 @@ import pytest
 from fake_runs import CATALOGUE, CONFIGS, CONTACT, JOINT, TEXT, ids, load, sweep
 from hypothesis import given
 from hypothesis import strategies as st
+from ruamel.yaml import YAML
 
 import clearsweep
 from clearsweep import grid, simulation
@@ -429,6 +432,70 @@ def test_the_schema_for_editors_is_small_and_says_the_same():
     assert unshared == {key: value for key, value in whole.items() if key != "$defs"}
     types = whole["properties"]["mechanism"]["properties"]["type"]["enum"]
     assert types == [mechanism.name for mechanism in known.mechanisms]
+
+
+def accepts(schema, part, value):
+    """Return whether a JSON Schema of this form accepts a value: an independent reading of its keywords."""
+    if "$ref" in part and not accepts(schema, schema["$defs"][part["$ref"].removeprefix("#/$defs/")], value):
+        return False
+    kinds = {"object": dict, "array": list, "string": str, "boolean": bool, "integer": int, "number": (int, float)}
+    types = part.get("type", [])
+    allowed = tuple(kinds[name] for name in ([types] if isinstance(types, str) else types))
+    if allowed and (not isinstance(value, allowed) or (isinstance(value, bool) and bool not in allowed)):
+        return False
+    if "enum" in part and value not in part["enum"]:
+        return False
+    choices = [part[name] for name in ("anyOf", "oneOf") if name in part]
+    if not all(any(accepts(schema, choice, value) for choice in choice_list) for choice_list in choices):
+        return False
+    if isinstance(value, str):
+        return "pattern" not in part or re.search(part["pattern"], value) is not None
+    if isinstance(value, list):
+        firsts = part.get("prefixItems", [])
+        items = [*firsts, *[part.get("items", {})] * (len(value) - len(firsts))]
+        is_long = part.get("minItems", 0) <= len(value) <= part.get("maxItems", math.inf)
+        return is_long and all(map(accepts, [schema] * len(value), items, value))
+    if not isinstance(value, dict):
+        return True
+    others, known = part.get("additionalProperties", {}), part.get("properties", {})
+    named = [(known.get(key, others), item) for key, item in value.items()]
+    return value.keys() >= {*part.get("required", [])} and all(
+        content is not False and accepts(schema, content if isinstance(content, dict) else {}, item)
+        for content, item in named
+    )
+
+
+WRONG = {
+    "a key": {f"{JOINT}.clearence": "0.1 mm"},
+    "a law": {f"{JOINT}.contact.law": "flors"},
+    "a mechanism": {"mechanism.type": "slidercrank"},
+    "a section": {"simulat.revolutions": 3},
+    "a list for a quantity": {f"{JOINT}.clearance": ["0.1 mm", "0.2 mm"]},
+    "a truth value": {f"{JOINT}.clearance": True},
+    "a friction law": {f"{JOINT}.friction.law": "coulumb"},
+    "what is saved": {"save.orbits": "lasts"},
+    "axes in a list": {"sweep": [1, 2]},
+    "a number in words": {"simulate.revolutions": "many"},
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+def test_the_schema_refuses(wrong):
+    schema, content = grid.schema(simulation.catalogue()), YAML(typ="safe").load(TEXT)
+    assert accepts(schema, schema, content)
+    for path, value in wrong.items():
+        *sections, key = path.split(".")
+        functools.reduce(lambda section, name: section.setdefault(name, {}), sections, content)[key] = value
+    assert not accepts(schema, schema, content)
+
+
+def test_the_schema_accepts_every_shipped_grid():
+    schema = grid.schema(simulation.catalogue())
+    starters = Path(grid.__file__).parent / "starters"
+    files = [*CONFIGS.glob("*.yaml"), *starters.glob("*.yaml")]
+    assert len(files) > 30
+    refused = [file.name for file in files if not accepts(schema, schema, YAML(typ="safe").load(file.read_text()))]
+    assert not refused
 
 
 def test_a_grid_extends_another_of_its_folder(at, tmp_path):

@@ -387,6 +387,37 @@ MISTAKES = {
 }
 
 
+ROWS = "".join(f"0.{k};600\n" for k in range(10, 60))
+
+
+@pytest.mark.parametrize(
+    ("header", "problem"),
+    [
+        (f"{CLEARANCE.replace('ance', 'ence')} [mm]", "is no key of this grid; did you mean"),
+        (f"{CLEARANCE} [N]", "has another dimension"),
+    ],
+    ids=["path", "unit"],
+)
+def test_a_wrong_header_is_one_problem(at, header, problem):
+    with pytest.raises(InputError, match=problem) as caught:
+        at("cases: cases.csv\n", f"{header};{SPEED} [rpm]\n{ROWS}")
+    assert len(caught.value.problems) == 1
+
+
+def test_many_equal_rows_are_one_problem(at):
+    with pytest.raises(InputError, match=r"row 2 has the values of row 1, and 2 more rows repeat others") as caught:
+        at("cases: cases.csv\n", f"{CLEARANCE} [mm]\n0.1\n0.1\n0.2\n0.1\n0.2\n")
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
+def test_a_table_that_is_not_utf_8_says_how_to_save_it(at, encoding):
+    at(f"sweep: {{{CLEARANCE}: [0.1 mm]}}\n")
+    Path("table.csv").write_text(f"{CLEARANCE} [µm]\n100\n", encoding=encoding)
+    with pytest.raises(InputError, match=r"table\.csv cannot be read: not UTF-8 text .*; save the file as UTF-8"):
+        at("cases: table.csv\n")
+
+
 @pytest.mark.parametrize(("more", "table", "message"), MISTAKES.values(), ids=MISTAKES)
 def test_a_mistake_is_reported_with_its_place(at, more, table, message):
     with pytest.raises(InputError) as caught:

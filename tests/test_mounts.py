@@ -244,6 +244,7 @@ REFUSED = [
     ({"stiffness": [1e6, -1e6]}, r"stiffness\.1: found -1000000\.0, out of range; allowed: above 0"),
     ({"stiffness": None}, r"ground-crank\.stiffness: .*is missing"),
     ({"damping_ratio": 0.1}, r"damping_ratio: conflicts with `damping`"),
+    ({"damping": "5 %", "damping_ratio": 0.1}, r"damping in % conflicts with `damping_ratio`"),
     ({"damping": ["1 %", "20 N*s/m"]}, r"without a unit; write both dampings in %, or both in N\*s/m$"),
 ]
 

@@ -154,7 +154,7 @@ def test_page_names_worst_case_and_drivers_with_units(pages):
     assert "crank speed 1000, 3000, 5000 rpm" in text
     assert "8 \u00d7 step-budget" in text
     assert "the step budget of 1000000 steps" in text
-    assert "Every motion is periodic: 100 every revolution." in text
+    assert "Every motion repeats every revolution, so its peaks recur." in text
     assert "largest wear" not in text
     assert "Deepest wear" in text
 

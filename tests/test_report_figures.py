@@ -723,7 +723,8 @@ def test_the_choice_of_the_elastic_law_moves_the_force_fourteenfold(tmp_path):
     run = of_elastic(["winkler", "power", "johnson"])
     message = text(run, tmp_path)
     assert (
-        "At a penetration of 1 µm the 2 elastic laws that are valid in this joint differ by a factor of 1.15: "
+        "The choice among 2 valid elastic laws changes the force in rod-slider up to 1.15 times at a penetration of "
+        "1 µm: "
         "815 N (johnson) to 939 N (winkler). With the doubtful one, the factor is 14.2. "
         "Among the valid laws, the factor is 2.12 at 0.1 µm"
     ) in message

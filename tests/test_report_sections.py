@@ -574,7 +574,7 @@ def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run
 
     finished = limited_run.summary["status"] == "ok"
     repeating = int(limited_run.summary["period"][finished].notna().sum())
-    assert f"{repeating} of {int(finished.sum())} motions are periodic: " in sentence_of(limited_run)
+    assert f"{repeating} of {int(finished.sum())} motions repeat" in sentence_of(limited_run)
     assert "chaotic" not in sentence_of(limited_run)
     limited_run.summary["lyapunov_exponent"] = 3.0
     assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in sentence_of(limited_run)

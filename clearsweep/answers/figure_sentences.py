@@ -250,16 +250,16 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("The search was interrupted; run the same command again to continue.")
         return
     names = wording.sentence_list([words.axis_name(path) for path in paths])
+    every = every_text(answer, words) if section.get("for") == "all" else ""
     items, borders = [], []
     for row in answer["search"]:
-        point = {path: value for path, value in row.items() if path in words.path_units}
-        setting = words.setting({path: value for path, value in point.items() if value is not None})
+        point = {path: value for path, value in row.items() if path in words.path_units and value is not None}
         text, border, cause = _sought(words, row, paths[0])
+        setting = words.setting(point) if row.get(f"seek.{paths[0]}") is not None or not every else ""
         is_alone = len(answer["search"]) == 1  # its border is a line of its own
         tail = f" (not known to be safe at {border})" if border and not is_alone else ""
         items.append(f"{f'{setting}: ' if setting else ''}{text}{tail}{cause}")
         borders += [border] if border and is_alone else []
-    every = every_text(answer, words) if section.get("for") == "all" else ""
     lead = f"The {direction} {names} within the limits{every}"
     if len(items) == 1:
         yield Sentence("{lead}: {item}.", {"lead": lead, "item": items[0]})
@@ -276,6 +276,18 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         values = {"tried": nearest["tried"], "failed": nearest["failed"], "margin": words.margin(nearest)}
         values["where"] = words.setting(nearest["values"], nearest["case"])
         yield Sentence("Of {tried} values tried, {failed} failed; nearest: {margin} at {where}.", values)
+    help_ = words.record.get("nearest") or {}
+    if needed := help_.get("needed"):
+        limits = [f"{words.figure(column)} {bound}" for column, bound in needed.items()]
+        yield Sentence("The limits that would be met: {limits}.", {"limits": wording.sentence_list(limits)})
+    for effect in help_.get("effects", ())[:1]:
+        less, now, more = (
+            "a failed case" if effect[side] is None else margin_text(effect[side], words.limits)
+            for side in ("lower", "margin", "upper")
+        )
+        values = {"key": words.axis_name(effect["path"]), "less": less, "now": now, "more": more}
+        if len({less, now, more}) > 1:
+            yield Sentence("Of the other keys {key} matters most: 10 % less gives {less}, 10 % more {more}.", values)
 
 
 def _sought(words: Words, row: Mapping[str, Any], path: str) -> tuple[str, str, str]:
@@ -311,6 +323,8 @@ def optimise_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     lead = f"The best of {tried}" if count == 1 else f"The front has {count} of {tried}, such as"
     lead = lead if is_met else "No case meets the limits; nearest"
     for index, row in enumerate(rows[: MAX_LINES - 2]):
+        limiting = (row.get("limiting") or "").split(",")
+        limits = [limit for limit in words.limits if limit.column in limiting]
         values = {
             "lead": f"{lead}: " if not index else "",
             "setting": words.setting({path: row[path] for path in words.path_units if row.get(path) is not None}),
@@ -321,15 +335,11 @@ def optimise_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
                     if row.get(name) is not None
                 ]
             ),
-            "margin": "" if margins[index] is None else f", {margin_text(margins[index], _limits_of(words, row))}",
+            "margin": "" if margins[index] is None else f", {margin_text(margins[index], limits)}",
         }
         yield Sentence("{lead}{setting}: {figures}{margin}.", values)
     if count > MAX_LINES - 2:
         yield Sentence("{more} more are in optimise.parquet.", {"more": count - MAX_LINES + 2})
-
-
-def _limits_of(words: Words, row: Mapping[str, Any]) -> list:
-    return [limit for limit in words.limits if limit.column in (row.get("limiting") or "").split(",")]
 
 
 def identify_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:

@@ -123,7 +123,7 @@ def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray
     last = len(axis.levels) - 1
     if axis.is_text:
         return [block for block in blocks if len({*axis.codes[block].tolist()}) == last + 1]
-    return [block for block in blocks if block.size and _spans(axis.codes[block], last)]
+    return [block for block in blocks if block.size and {0, last} <= {*axis.codes[block].tolist()}]
 
 
 def verdict_on(axis: Axis, blocks: Sequence[np.ndarray], values: np.ndarray) -> str:
@@ -162,10 +162,6 @@ def _effect(cases: Cases, axis: Axis, values: np.ndarray, share: float) -> dict[
 
 def _tied(axis: Axis) -> dict[str, list[str]]:
     return {"with": list(axis.paths[1:])} if len(axis.paths) > 1 else {}
-
-
-def _spans(codes: np.ndarray, last: int) -> bool:
-    return int(codes.min()) == 0 and int(codes.max()) == last
 
 
 def _line(codes: np.ndarray, values: np.ndarray, last: int) -> np.ndarray:
@@ -410,10 +406,11 @@ def _rank(design: Mapping[str, Any]) -> tuple[int, bool, float, float]:
 
 def _share(
     cases: Cases, rows_by_tuple: Mapping[Key, Sequence[int]], drawn: Sequence[int], tuples: Sequence[Key]
-) -> dict[str, float | None]:
-    """Return the shares of the draws of a design that meet the limits, exceed one, or are undecided.
+) -> dict[str, Any]:
+    """Return the shares of the draws of a design that meet the limits, exceed one, or are undecided, and their number.
 
-    `low` and `high` are the ends of the 95 % interval of the share that meets them; None unless the draws are random.
+    A draw that exceeds a limit under one of several conditions counts as exceeding.  `low` and `high` are the ends of
+    the 95 % interval of the share that meets them; None unless the draws are random.
     """
     verdicts: dict[Key, list[str]] = {}
     for condition in tuples:
@@ -425,7 +422,8 @@ def _share(
     is_random = cases.record["sample"].get("method") in RANDOM_METHODS
     _, low, high = binomial_interval(count[MET], len(results)) if is_random else (None, None, None)
     shares = {name: count[name] / len(results) for name in count}
-    return {"met": shares[MET], "low": low, "high": high, "exceeded": shares[EXCEEDED], "undecided": shares[UNDECIDED]}
+    ends = {"met": shares[MET], "low": low, "high": high}
+    return ends | {"exceeded": shares[EXCEEDED], "undecided": shares[UNDECIDED], "draws": len(results)}
 
 
 def _completions(keys: Sequence[Key]) -> dict[Key, list[Key]]:

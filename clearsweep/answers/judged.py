@@ -256,7 +256,8 @@ def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list
     known = values[is_known]
     is_positive = bool((known > 0.0).all())
     residuals = np.log(known) if is_positive else known / max(float(np.abs(known).max(initial=0.0)), 1e-300)
-    groups = [_renumbered(indices[is_known]) for indices in value_indices]
+    shifted = [indices[is_known] + 1 for indices in value_indices]  # from 0; then renumbered without gaps
+    groups = [(np.cumsum(np.bincount(each) > 0) - 1).astype(each.dtype)[each] for each in shifted]
     freedoms = [int(group.max(initial=0)) for group in groups]
     residual_freedom = len(residuals) - 1 - sum(freedoms)
     residuals -= residuals.mean() if len(residuals) else 0.0
@@ -270,12 +271,6 @@ def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list
     scatter = max(float(residuals @ residuals) / residual_freedom, 1e-12 * total)
     between = zip(sums_between, freedoms, strict=True)
     return [max(0.0, (sum_of_squares - freedom * scatter) / total) for sum_of_squares, freedom in between]
-
-
-def _renumbered(indices: np.ndarray) -> np.ndarray:
-    """Return indices (from -1) renumbered without gaps, in the same order."""
-    renumbered: np.ndarray = (np.cumsum(np.bincount(indices + 1) > 0) - 1).astype(indices.dtype)[indices + 1]
-    return renumbered
 
 
 def _group_means(group: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -118,7 +118,9 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
         headings = tuple(column_label(layout, name) for name in names)
         candidates = (Candidate("", names),)
         return CaseRanking(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, candidates, limits)
-    if {START_UP, MAX_SPEED} <= column_names and _is_start_up(grid or {}):
+    has_motor = bool(((grid or {}).get("drive") or {}).get("motor"))
+    is_recorded = ((grid or {}).get("simulate") or {}).get("discard") == 0.0  # from the start on
+    if {START_UP, MAX_SPEED} <= column_names and has_motor and is_recorded:
         label_by_name = {
             START_UP: "start-up time",
             MAX_SPEED: "highest speed",
@@ -138,11 +140,6 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
 def limits_of_record(record: Mapping[str, Any]) -> tuple[Limit, ...]:
     """Return the limits of a run, from its run.json."""
     return limits_and_figures_of(record).limits
-
-
-def _is_start_up(grid: Mapping[str, Any]) -> bool:
-    """Return whether a motor starts the mechanism and the start is recorded."""
-    return bool((grid.get("drive") or {}).get("motor")) and (grid.get("simulate") or {}).get("discard") == 0.0
 
 
 def _content_ranking(layout: Layout, questions: list[str]) -> CaseRanking:

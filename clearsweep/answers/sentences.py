@@ -24,7 +24,7 @@ from .figure_sentences import (
     vibration_sentences,
     wear_sentences,
 )
-from .judge import DIFFERS, FALLS, MIXED, NONE, NOT_RUN, RISES, missing_groups
+from .judge import DIFFERS, FALLS, MIN_DIFFERENCE, MIXED, NONE, NOT_RUN, RISES, missing_groups
 from .words import (
     MAX_LENGTH,
     MAX_LINES,
@@ -38,6 +38,7 @@ from .words import (
     in_brackets,
     listed,
     share_text,
+    varied_values,
 )
 
 SMALL_MARGIN = 0.1  # margins below this are not certain
@@ -109,13 +110,13 @@ def share(answer: Answer, words: Words) -> Iterator[Sentence]:
     if not designs or is_paired(answer):
         return
     if len(designs) > MAX_SHARES:
-        items = [f"{words.setting(design['values'])} {share_text(design['share']['met'])}" for design in designs]
+        items = [f"{words.design(design)} {share_text(design['share']['met'])}" for design in designs]
         yield Sentence("Draws that meet the limits: {items}.", {"items": listed(items, MAX_LENGTH - 30)})
         return
     for design in designs:
         part = design["share"]
-        where = f"{words.setting(design['values'])}: " if design["values"] else ""
-        values = {"where": where, "count": design["conditions"], "interval": "", "limits": words.limits_text()}
+        where = f"{words.design(design)}: " if design["values"] else ""
+        values = {"where": where, "count": part["draws"], "interval": "", "limits": words.limits_text()}
         if part["undecided"] == 1.0:
             yield Sentence("{where}none of {count} draws is known to meet or exceed the limits: {limits}.", values)
             continue
@@ -144,20 +145,20 @@ def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
         good, bad, upwards = edge
         values = {
             "word": "up to" if upwards else "from",
-            "good": words.setting(good["values"]),
+            "good": words.design(good),
             "margin": in_brackets(words.margin(good)),
-            "bad": words.setting(bad["values"]),
+            "bad": words.design(bad),
             "worse": words.margin(bad),
             "where": at_worst(answer, words, bad),
         }
         yield Sentence("Met {word} {good}{margin}; {bad} has {worse}{where}.", values)
     elif met:
-        items = [f"{words.setting(design['values'])}{in_brackets(words.margin(design))}" for design in met]
+        items = [f"{words.design(design)}{in_brackets(words.margin(design))}" for design in met]
         lead = "Met by" if len(met) < answer["designs_total"] else "Best first:"
         yield Sentence("{lead} {designs}.", {"lead": lead, "designs": listed(items, MAX_LENGTH - 15)})
     elif exceeding := [design for design in designs if design["verdict"] == "exceeds"]:
         nearest = exceeding[0]
-        values = {"design": words.setting(nearest["values"]), "margin": words.margin(nearest)}
+        values = {"design": words.design(nearest), "margin": words.margin(nearest)}
         yield Sentence("Nearest: {design}, {margin}{where}.", values | {"where": at_worst(answer, words, nearest)})
     smallest = min((design["margin"] for design in met if design["margin"] is not None), default=1.0)
     if met and smallest < SMALL_MARGIN:
@@ -226,7 +227,7 @@ def missing(answer: Answer, words: Words) -> Iterator[Sentence]:
 def _missing_text(
     answer: Answer, words: Words, values: Mapping[str, Any], why: str, designs: Sequence[Mapping[str, Any]]
 ) -> str:
-    names = [words.setting(design["values"]) for design in designs if design["values"]]
+    names = [words.design(design) for design in designs if design["values"]]
     total = answer["designs_total"]
     everyone = "both designs" if total == 2 else f"all {total} designs"
     several = everyone if len(designs) == total else f"{len(names)} designs"
@@ -292,19 +293,18 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
         if texts:
             yield Sentence("{effects}.", {"effects": listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1, more="")})
         others = {
-            verdict_: [
-                words.axis_name(effect["path"])
-                for effect in effects
-                if effect.get("trend", effect["verdict"]) == verdict_
-            ]
+            verdict_: words.axes(
+                [effect["path"] for effect in effects if effect.get("trend", effect["verdict"]) == verdict_]
+            )
             for verdict_ in (MIXED, NONE)
         }
-        names = {verdict_: _short_list(others[verdict_]) for verdict_ in others if others[verdict_]}
-        clauses = [f"no steady trend with {names[MIXED]}"] if MIXED in names else []
-        clauses += [f"no effect of {names[NONE]}"] if NONE in names else []
+        mixed = f"{words.figure(figure)} has no steady trend with {_short_list(others[MIXED])}" if others[MIXED] else ""
+        clauses = [mixed] if mixed else []
+        if others[NONE]:
+            verb, it = "changes" if len(others[NONE]) == 1 else "change", "it" if clauses else words.figure(figure)
+            clauses += [f"{_short_list(others[NONE])} {verb} {it} by at most {share_text(MIN_DIFFERENCE)}"]
         if clauses and (not texts or figure == deciding_figures(answer)[0]):
-            values = {"figure": words.figure(figure), "clauses": " and ".join(clauses)}
-            yield Sentence("{figure} has {clauses}.", values)
+            yield Sentence("{clauses}.", {"clauses": "; ".join(clauses)})
 
 
 def _short_list(names: Sequence[str]) -> str:
@@ -341,10 +341,12 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
     if effect["method"] == "ranks":
         return f"{name} {effect['verdict']} with {words.axis_name(path)}, {from_to(start, end)} over its quarters"
     if effect.get("with"):
-        others = wording.sentence_list([words.axis_name(tied) for tied in effect["with"]])
+        tied = [(words.axis_name(each), (*varied_values(words.record, each),)) for each in (path, *effect["with"])]
+        (axis, joints, _), *others = wording.of_joints(tied)
         span = f" {from_to(*(words.value(path, value) for value in ends))}" if ends else ""
-        change = f"as {words.axis_name(path)} grows{span} and {others} changes with it"
-        return f"{name} {changes} {from_to(start, end)} {change}{turns}"
+        names = wording.sentence_list([f"{other}{in_joints}" for other, in_joints, _ in others])
+        follows = f" and {names} {'changes' if len(others) == 1 else 'change'} with it" if others else ""
+        return f"{name} {changes} {from_to(start, end)} as {axis}{joints} grows{span}{follows}{turns}"
     grows = f" as {words.axis_name(path)} grows"
     between = effect.get("medians", [])[1:-1]
     if start == end:
@@ -365,7 +367,7 @@ def film(answer: Answer, words: Words) -> Iterator[Sentence]:
         return
     safe = answer.get("film")
     if safe and safe["total"] > 1:
-        items = [f"{words.setting(design['values'])}{in_brackets(design['text'])}" for design in safe["designs"]]
+        items = [f"{words.design(design)}{in_brackets(design['text'])}" for design in safe["designs"]]
         values = {"count": safe["count"], "total": safe["total"], "every": every_text(answer, words)}
         values |= {"criterion": safe["criterion"], "designs": listed(items, 60)}
         values["open"] = f"; {safe['undecided']} undecided" if safe["undecided"] else ""

@@ -71,14 +71,18 @@ class Words:
         """Return 'crank speed 60 rpm, clearance 0.1 mm', or the case if there are many values."""
         if len(values) > MAX_NAMED_AXES and case_id:
             return f"case {wording.short_id(case_id)}"
-        names_by_text: dict[tuple[str, str], list[str]] = {}
-        for path, value in values.items():
-            name = self.axis_name(path)
-            names_by_text.setdefault((name.partition(" (")[0], self.value(path, value)), []).append(name)
-        return ", ".join(
-            f"{names[0]} {text}" if len(names) == 1 else f"{quantity} {text} in {len(names)} joints"
-            for (quantity, text), names in names_by_text.items()
-        )
+        named = [(self.axis_name(path), self.value(path, value)) for path, value in values.items()]
+        return ", ".join(f"{name} {text}{joints}" for name, joints, text in wording.of_joints(named))
+
+    def design(self, design: Mapping[str, Any]) -> str:
+        """Return the values of a design in words, after its name in the table of cases if it has one."""
+        names = (texts[0] for texts in design.get("labels", {}).values() if len(texts) == 1)
+        return ", ".join(filter(None, (next(names, ""), self.setting(design["values"]))))
+
+    def axes(self, paths: Sequence[str]) -> list[str]:
+        """Return the names of varied paths; joints in which the same quantity varies share one."""
+        named = [(self.axis_name(path), None) for path in paths]
+        return [f"{name}{joints}" for name, joints, _ in wording.of_joints(named)]
 
     def figure(self, column: str) -> str:
         """Return the label of a column."""
@@ -125,8 +129,8 @@ def every_text(answer: Answer, words: Words) -> str:
         role: [path for path, of_path in answer["roles"].items() if of_path == role]
         for role in ("condition", "uncertainty", "model")
     }
-    conditions = [words.axis_name(path) for path in (*paths["condition"], *paths["uncertainty"])]
-    models = [words.axis_name(path) for path in paths["model"]]
+    conditions = words.axes([*paths["condition"], *paths["uncertainty"]])
+    models = words.axes(paths["model"])
     parts = [f" at every {wording.sentence_list(conditions)}"] if conditions else []
     parts += [f" under every {wording.sentence_list(models)}"] if models else []
     return " and".join(parts)

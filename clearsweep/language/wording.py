@@ -163,6 +163,20 @@ def name_with_fits(name: str, fits: Iterable[str]) -> str:
     return name.replace("clearance", kind, 1) if has_groups else name
 
 
+def of_joints(named: Iterable[tuple[str, Any]]) -> list[tuple[str, str, Any]]:
+    """Return names, ' in 3 joints' or '', and what is said of them; what is the same of several joints occurs once.
+
+    named : name of a varied path, which may end in its joint in brackets, and what is said of it
+    """
+    names_by_quantity: dict[tuple[str, Any], list[str]] = {}
+    for name, content in named:
+        names_by_quantity.setdefault((name.partition(" (")[0], content), []).append(name)
+    return [
+        (names[0], "", content) if len(names) == 1 else (quantity, f" in {len(names)} joints", content)
+        for (quantity, content), names in names_by_quantity.items()
+    ]
+
+
 def fit_scale() -> Scale:
     """Return the scale of the clearances of fits, in which their tables are: micrometres, or thousandths of an inch."""
     return Scale(1e-3 * _INCH, "mil") if _SYSTEM.get() == "imperial" else Scale(1e-6, "µm")

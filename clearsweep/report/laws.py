@@ -92,7 +92,7 @@ def _law_comparison(
     forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
     valid_laws = {law for law in sections if verdicts.get(law, VALID_VERDICT)[0] == VALID_VERDICT[0]}
     ordered_laws = sorted(forces, key=lambda law: (law not in valid_laws, forces[law][REFERENCE_DEPTH]))
-    sentences = _elastic_sentences(forces, [law for law in ordered_laws if law in valid_laws])
+    sentences = _elastic_sentences(joint.title, forces, [law for law in ordered_laws if law in valid_laws])
     drawn_laws = [law for law in ordered_laws if law in valid_laws or law in used_laws]
     table = _elastic_table(joint, sections, forces, ordered_laws, used_laws, verdicts)
     return Part(
@@ -100,8 +100,8 @@ def _law_comparison(
     )
 
 
-def _elastic_sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str]:
-    """Return sentences on the factor between the softest and the stiffest valid law, and between all laws."""
+def _elastic_sentences(joint: str, forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str]:
+    """Return sentences on the factor between the softest and the stiffest valid law of a joint, and of all laws."""
     if len(forces) < 2:
         return []
     values = np.array(list(forces.values()))
@@ -115,7 +115,7 @@ def _elastic_sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> 
     if len(valid_laws) < 2:
         validity_text = f"only {valid_laws[0]} is valid" if valid_laws else "none is valid"
         return [
-            f"Of {len(forces)} elastic laws {validity_text} in this joint. Their forces differ by a factor of "
+            f"Of {len(forces)} elastic laws {validity_text} in {joint}. Their forces differ by a factor of "
             f"{all_laws_factor}."
         ]
     valid_forces = np.array([forces[law] for law in valid_laws])
@@ -129,9 +129,9 @@ def _elastic_sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> 
         (forces[law][REFERENCE_DEPTH] for law in (valid_laws[0], valid_laws[-1])), "N"
     )
     return [
-        f"At a penetration of {depth_texts[REFERENCE_DEPTH]} the {len(valid_laws)} elastic laws that are valid in this "
-        f"joint differ by a factor of {factors[REFERENCE_DEPTH]}: {softest_force} ({valid_laws[0]}) to "
-        f"{stiffest_force} ({valid_laws[-1]}). {doubtful_text}".rstrip(),
+        f"The choice among {len(valid_laws)} valid elastic laws changes the force in {joint} up to "
+        f"{factors[REFERENCE_DEPTH]} times at a penetration of {depth_texts[REFERENCE_DEPTH]}: {softest_force} "
+        f"({valid_laws[0]}) to {stiffest_force} ({valid_laws[-1]}). {doubtful_text}".rstrip(),
         f"Among the valid laws, the factor is {wording.sentence_list(other_factors)}.",
     ]
 

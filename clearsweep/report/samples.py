@@ -14,7 +14,7 @@ from . import effects
 from .axis import Axis
 from .blocks.section import Note, Section
 from .blocks.table import Column, Quantity, Table, axis_columns, columns_in_table, count_cell
-from .effects import ChanceShare, Sample, SingleEffect
+from .effects import Sample, SingleEffect
 from .study import Study
 
 # Tables of a sample: spread of figures, chance of exceeding limits, variables that drive the spread.
@@ -177,13 +177,17 @@ def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
             indices = effects.sobol_indices(sample, figure.column, list(names))
             chance = effects.share_of_chance(sample, figure.column, indices)
             measured |= chance.is_measured
-            verdict = _chaos_verdict(chance)
+            verdict = ("chaotic" if chance.is_measured else "may be chaotic") if chance.is_chaotic else ""
             if verdict:
                 verdicts[figure.name] = verdict
-            for row_index, index in enumerate(indices):
+            source = "measured" if chance.is_measured else "bounded"
+            limit_text = "at most about " if not chance.is_measured and chance.share >= 0.01 else ""
+            for row_index, index in enumerate(indices):  # the page shows the share of chance once per figure
                 head_cells = (figure.name, *point_cells(study, sample), names[index.path])
                 cells = (*estimate_cells(index.first, "1"), *estimate_cells(index.total, "1"))
-                rows.append((*head_cells, *cells, *_chance_cells(chance, verdict, is_shown=row_index == 0)))
+                texts = (limit_text + wording.percent_text(chance.share), verdict) if row_index == 0 else ("", "")
+                share_cells = (Quantity(chance.share, texts[0]), source, Quantity(verdict, texts[1]))
+                rows.append((*head_cells, *cells, *share_cells))
     note = (
         "The first-order index is the share of the figure's variance that the variable explains by itself; the total "
         "index includes all its interactions. Brackets contain the bootstrap interval. The share of chance is the "
@@ -232,19 +236,6 @@ def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]
     )
     sentences = [_chaos_advice(list(chaotic), "chaotic")] if chaotic else []
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
-
-
-def _chaos_verdict(chance: ChanceShare) -> str:
-    if not chance.is_chaotic:
-        return ""
-    return "chaotic" if chance.is_measured else "may be chaotic"
-
-
-def _chance_cells(chance: ChanceShare, verdict: str, *, is_shown: bool) -> list[Quantity | str]:
-    """Return the share of chance, its source and the verdict; the page shows them once per figure."""
-    limit_text = "at most about " if not chance.is_measured and chance.share >= 0.01 else ""
-    share = Quantity(chance.share, limit_text + wording.percent_text(chance.share) if is_shown else "")
-    return [share, "measured" if chance.is_measured else "bounded", Quantity(verdict, verdict if is_shown else "")]
 
 
 def _scatter_remark(effect: SingleEffect) -> str:

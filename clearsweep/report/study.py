@@ -171,7 +171,8 @@ class Study(NamedTuple):
             for axis_value in used_values
             if len(used_values) <= MAX_NAMED_AXES or axis_value[1] != self._most_common_value(axis_value[0])
         ]
-        value_texts = [f"{axis.name} {axis.text(value)}" for axis, value in distinctive]
+        named = wording.of_joints((axis.name, axis.text(value)) for axis, value in distinctive)
+        value_texts = [f"{name} {text}{joints}" for name, joints, text in named]
         rows = self.failed if self.cases.row_of(case_id) < 0 else self.cases
         value_texts = [*(f"{name} {rows.at(case_id, name)}" for name in self.label_columns), *value_texts]
         return ", ".join(
@@ -319,7 +320,13 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
     computed = {column: functools.partial(compute, base=base) for column, (_, compute) in derived.items()}
     cases = Rows(run, run.column("case_id"), is_finished & is_grid_case, text_columns, computed)
     failed = Rows(run, run.column("case_id"), ~is_finished & is_grid_case, text_columns)
-    checks = _law_checks(run, is_finished & ~is_grid_case) if not is_grid_case.all() else ()
+    checks: tuple[LawResult, ...] = ()
+    if not is_grid_case.all():
+        grid_laws = base_laws(run.grid)
+        ranking = ranking_of(layout, limits_and_figures_of(run.grid).limits, run.grid)
+        names, checking = ("case_id", *grid_laws, *ranking.columns), is_finished & ~is_grid_case
+        table = {name: run.column(name)[checking] for name in names}
+        checks = tuple(law_results(table, grid_laws, ranking))
     return Study(run, axes, joints, layout.mechanism, cases, failed, units, base, shows_median, definitions, checks)
 
 
@@ -330,13 +337,6 @@ def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
         values = run.column(path)
         is_grid_case &= (values == law) | [value is None for value in values.tolist()]
     return is_grid_case
-
-
-def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[LawResult, ...]:
-    """Return the results of the finished cases that check laws."""
-    grid_laws, ranking = base_laws(run.grid), ranking_of(run.layout, limits_and_figures_of(run.grid).limits, run.grid)
-    table = {name: run.column(name)[selected] for name in ("case_id", *grid_laws, *ranking.columns)}
-    return tuple(law_results(table, grid_laws, ranking))
 
 
 def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:

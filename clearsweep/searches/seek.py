@@ -1,7 +1,7 @@
 """`seek`: the largest or smallest value of a key at which cases meet their limits.  Its section and its answers."""
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
@@ -422,15 +422,16 @@ class SeekRounds:
 
     def __init__(self, grid: Grid, seek: Seek):
         self.seek = seek
-        self.other_points = _other_points(grid, self.seek)
+        points = (grid.point(index) for index in range(len(grid)))
+        others = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
+        self.other_points = [dict(point) for point in dict.fromkeys(others)]  # combinations of the other axes
         self.index_of = {tuple(point.values()): j for j, point in enumerate(self.other_points)}
         subjects = range(len(self.other_points))
         self.subjects = [(j,) for j in subjects] if self.seek.is_per_case else [tuple(subjects)]
         self.probes: list[dict[int, _Probe]] = [{} for _ in self.other_points]  # for each: index -> probe
-        self.indices = {self.seek.value(index): index for index in self._first_indices()}  # value -> index
-
-    def _first_indices(self) -> tuple[int, ...]:
-        return tuple(range(self.seek.last_index + 1)) if self.seek.fits else seeking.scan_indices(self.seek.last_index)
+        last = self.seek.last_index
+        indices = range(last + 1) if self.seek.fits else seeking.scan_indices(last)
+        self.indices = {self.seek.value(index): index for index in indices}  # value -> index
 
     def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
@@ -441,16 +442,17 @@ class SeekRounds:
 
     def ask(self) -> list[Point]:
         """Return the points of the next cases."""
-        return [self._point(*probe) for probe in dict.fromkeys(self._next_probes())]
+        probes = [  # all fits are tried at once
+            (j, index)
+            for subject in (() if self.seek.fits else self.subjects)
+            for index in seeking.search(self._outcomes(subject), self.seek.last_index).probes
+            for j in subject
+        ]
+        return [self._point(*probe) for probe in dict.fromkeys(probes)]
 
     def result(self) -> SeekFound:
         """Return the answers: one for each case of the other axes, or one for all."""
         return SeekFound(self.seek, tuple(self._answer(subject) for subject in self.subjects))
-
-    def _next_probes(self) -> Iterator[tuple[int, int]]:
-        for subject in () if self.seek.fits else self.subjects:  # all fits are tried at once
-            for index in seeking.search(self._outcomes(subject), self.seek.last_index).probes:
-                yield from ((j, index) for j in subject)
 
     def _outcomes(self, subject: tuple[int, ...]) -> dict[int, bool]:
         """Return index -> whether all cases there meet their limits."""
@@ -508,13 +510,6 @@ class SeekRounds:
             "limiting": probe.limiting,
             "margins": {name: margin for name, margin in probe.margins.items() if np.isfinite(margin)},
         }
-
-
-def _other_points(grid: Grid, seek: Seek) -> list[Point]:
-    """Return the values of all axes except the searched one, for each combination."""
-    points = (grid.point(index) for index in range(len(grid)))
-    other_points = (tuple((path, value) for path, value in point.items() if path not in seek.paths) for point in points)
-    return [dict(point) for point in dict.fromkeys(other_points)]
 
 
 def _probe(results: CaseResults, index: int) -> _Probe:

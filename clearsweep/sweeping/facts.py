@@ -58,11 +58,9 @@ def given_text(
 
 def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
     """Return the swept values of a case in words."""
-    return ", ".join(
-        f"{setting_name(path, swept, facts)} {value_text(path, value, facts)}"
-        for path, value in swept.items()
-        if value is not None
-    )
+    used = {path: value for path, value in swept.items() if value is not None}
+    named = ((setting_name(path, swept, facts), value_text(path, value, facts)) for path, value in used.items())
+    return ", ".join(f"{name} {text}{joints}" for name, joints, text in wording.of_joints(named))
 
 
 def setting_name(path: str, paths: Iterable[str], facts: Mapping[str, Any]) -> str:

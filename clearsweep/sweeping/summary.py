@@ -1,5 +1,6 @@
 """The last lines of a run and of a dry run: worst cases, failures, answer, files."""
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -174,20 +175,27 @@ def run_text(facts: dict[str, Any]) -> str:
 
 
 def derived_lines(derived: dict[str, dict[str, Any]], max_lines: int | None = None) -> list[str]:
-    """Return at most `max_lines` lines: one for each derived value with its range, or for both clearances of a fit."""
-    lines = []
+    """Return at most `max_lines` lines: one for each derived value with its range, or for both clearances of a fit.
+
+    Joints with the same value share a line.
+    """
+    joints_by_value: dict[tuple[str, str], list[str]] = {}
     for name, value in derived.items():
         diametral, scatter = name.replace(RADIAL, DIAMETRAL), name.removesuffix(")") + SCATTER
         if name.endswith(DIAMETRAL) and name.replace(DIAMETRAL, RADIAL) in derived:
             continue
         if name.endswith(SCATTER) and name.replace(SCATTER, ")") in derived:
             continue
+        text = f"{_range(value)} ({_range(derived[scatter])})" if scatter in derived else _range(value)
         if name.endswith(RADIAL) and diametral in derived:
-            clearances = f"{_range(value)} radial, {_range(derived[diametral])} diametral"
-            lines.append(f"derived: {name.removesuffix(RADIAL)}) = {clearances}")
-        else:
-            spread = f" ({_range(derived[scatter])})" if scatter in derived else ""
-            lines.append(f"derived: {name} = {_range(value)}{spread}")
+            text = f"{_range(value)} radial, {_range(derived[diametral])} diametral"
+        of_joint = re.fullmatch(r"joints\.([^.]+)\.(.+)", name.replace(RADIAL, ")"))
+        joint, key = of_joint.groups() if of_joint else ("", name)
+        joints_by_value.setdefault((key, text), []).append(joint)
+    lines = []
+    for (key, text), joints in joints_by_value.items():
+        place = f"joints.{joints[0]}.{key}" if joints[0] else key
+        lines.append(f"derived: {f'{key} of {wording.sentence_list(joints)}' if joints[1:] else place} = {text}")
     if max_lines is not None and len(lines) > max_lines:
         lines[max_lines - 1 :] = [f"derived: {len(lines) - max_lines + 1} more values, which run --dry-run lists"]
     return lines
@@ -238,7 +246,7 @@ def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
 
 def _case_lines(case: dict[str, Any]) -> list[str]:
     """Return the values of a case: a line for each section, then a line for each column of a table."""
-    sections: dict[str, list[str]] = {}
+    sections: dict[tuple[str, bool], list[str]] = {}  # section and whether it is a list
     columns: dict[str, list[float]] = {}
     for path, value in case["values"].items():
         section, _, key = path.rpartition(".")
@@ -246,8 +254,12 @@ def _case_lines(case: dict[str, Any]) -> list[str]:
             columns.setdefault(section, []).append(value)
         number = isinstance(value, int | float) and not isinstance(value, bool)
         text = given_text(path, value, case["units"].get(path, "1"), case["written_units"]) if number else str(value)
-        sections.setdefault(section, []).append(f"{key} {text}")
-    lines = [f"  {section}: {', '.join(texts)}" for section, texts in sections.items() if section not in columns]
+        sections.setdefault((section, key.isdigit()), []).append(text if key.isdigit() else f"{key} {text}")
+    lines = [
+        f"  {section}: {('[{}]' if is_list else '{}').format(', '.join(texts))}"
+        for (section, is_list), texts in sections.items()
+        if section not in columns
+    ]
     lines += [f"  {path}: {len(row)} values in SI, {min(row):.4g} to {max(row):.4g}" for path, row in columns.items()]
     return [f"the first case ({wording.short_id(case['case_id'])}), with every default:", *lines]
 
@@ -283,7 +295,14 @@ def _shared(facts: dict[str, Any]) -> str:
 def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     paths = _listed_paths(facts)
     of_joint = facts["question"] in ("life", "film", "force")
-    headings = ["case_id", *(setting_name(path, paths, facts) for path in paths)]
+    varied = wording.of_joints(
+        (
+            setting_name(path, paths, facts),
+            tuple(value_text(path, entry["swept"][path], facts) for entry in facts["worst"]),
+        )
+        for path in paths
+    )
+    headings = ["case_id", *(f"{name}{joints}" for name, joints, _ in varied)]
     rows = [[*headings, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
     entries = zip(*(entry["figures"] for entry in facts["worst"]), strict=True)
     columns = [figure_texts([*column], facts["ranked"]["units"]) for column in entries]
@@ -291,7 +310,7 @@ def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
         rows.append(
             [
                 wording.short_id(entry["case_id"]),
-                *(value_text(path, entry["swept"][path], facts) for path in paths),
+                *(values[index] for _, _, values in varied),
                 *([wording.joint_name(entry["joint"])] if of_joint else []),
                 *(texts[index] for texts in columns),
             ]

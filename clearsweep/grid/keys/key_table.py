@@ -317,7 +317,7 @@ def _add_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
         keys,
         path,
         (
-            Field("clearance", "m", "radial clearance, or a fit of ISO 286 as {fit: H7/f7}", fit="fit"),
+            Field("clearance", "m", "radial clearance, or a fit of ISO 286 as {fit: H7/f7}; not diametral", fit="fit"),
             Field(
                 "bearing_radius", "m", "radius of the bearing; the radius of the journal is smaller by the clearance"
             ),

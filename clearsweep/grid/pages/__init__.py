@@ -427,7 +427,9 @@ def key_text(name: str, catalogue: Catalogue) -> str | None:
     matches_of_paths = {path: _match_kind(path.split("."), requested) for section in sections for path in section.paths}
     rows = [(_match_kind([*path.split("."), *row.key.split(".")], requested), path, row) for path, row in keys]
     if not any(matches_of_paths.values()) and not any(match_kind for match_kind, *_ in rows):
-        rows = [("end" if name in row.options and row.key == "type" else "", path, row) for path, row in keys]
+        about = [(path, row) for path, row in keys if name in row.options and row.key == "type"]
+        about = about or [(path, row) for path, row in keys if re.search(rf"\b{re.escape(name)}\b", row.text)]
+        rows = [("end", path, row) for path, row in about if len({row.key for _, row in about}) == 1]
     has_exact_match = any(
         match_kind == "all" for match_kind in (*matches_of_paths.values(), *(match_kind for match_kind, *_ in rows))
     )

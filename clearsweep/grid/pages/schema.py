@@ -36,11 +36,10 @@ def _merge(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
         branches = [*first.get("anyOf", [first]), *second.get("anyOf", [second])]
         unique = {json.dumps(branch, sort_keys=True): branch for branch in branches}
         return {"anyOf": [*unique.values()]} if len(unique) > 1 else branches[0]
-    own, other = first.get("properties", {}), second.get("properties", {})
-    properties = {
-        key: _merge(own[key], other[key]) if key in own and key in other else own.get(key, other.get(key))
-        for key in {**own, **other}
-    }
+    properties = {}
+    for key in {**first.get("properties", {}), **second.get("properties", {})}:
+        of_key = [each.get("properties", {}).get(key, each.get("additionalProperties")) for each in (first, second)]
+        properties[key] = functools.reduce(_merge, [part for part in of_key if isinstance(part, dict)])
     merged = first | {"properties": properties}
     required = [key for key in first.get("required", []) if key in second.get("required", [])]
     differing = {"required", "additionalProperties"} | (
@@ -211,13 +210,14 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
         elif isinstance(key, Word):
             has_free_names = any(ANY in option for option in key.options)  # the user chooses the keys
             properties[key_name] = {"description": key.text} | (
-                {"type": "string"} if has_free_names else {"enum": list(key.options)}
+                {"enum": list(key.options)} if key.options and not has_free_names else {"type": "string"}
             )
             properties[key_name] |= {"default": key.default} if key.default and not has_free_names else {}
             if key.other_forms:
                 properties[key_name]["anyOf"] = [{"enum": properties[key_name].pop("enum")}, *key.other_forms]
         elif isinstance(key, Name):
-            allowed = {"enum": list(key.options)} if key.options else {"type": ["string", "number"]}
+            options = [*key.options, *(int(option) for option in key.options if option.isdigit())]
+            allowed = {"enum": options} if options else {"type": ["string", "number"]}
             properties[key_name] = {"description": key.text, **allowed}
         elif isinstance(key, Table):
             properties[key_name] = _table_schema(key)
@@ -266,10 +266,8 @@ def _list_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]
         return {"description": f"{key.text}: {number} names", "items": {"type": "string"}} | length_schema
     assert isinstance(item_key, Number)
     description = {"description": f"{key.text}: {number} quantities ({item_key.uses[0].field.unit})"}
-    if count == 2:
-        return description | {"$ref": "#/$defs/pair"}
     quantity_schema = {"$ref": "#/$defs/quantity"}
-    list_schema = length_schema | {"prefixItems": [quantity_schema] * count}
+    list_schema = {"$ref": "#/$defs/pair"} if count == 2 else length_schema | {"prefixItems": [quantity_schema] * count}
     return description | ({"anyOf": [quantity_schema, list_schema]} if key.scalar_factors else list_schema)
 
 

@@ -439,6 +439,7 @@ class Reader:
     distributions: dict[str, dict[str, Any]] = field(default_factory=dict)  # of drawn paths, SI
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
+    written_columns: dict[str, int] = field(default_factory=dict)  # section of cases -> number of its paths
     case_labels: dict[str, list[str]] = field(default_factory=dict)  # header in the table of cases -> texts of its rows
     # path of a number -> the value taken from a library
     library_numbers: dict[str, LibraryNumber] = field(default_factory=dict)

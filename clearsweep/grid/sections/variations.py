@@ -54,9 +54,10 @@ def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fi
             remedy = f"write `dotted.path: {example}`, or leave the key '{section_name}' out"
             reader.problems.add(written, key_path, f"{reason}; {remedy}")
             continue
-        for path, values in written.value.items():
-            if path not in fixed_paths:
-                _record_axis(reader, section_name, path, written.key_position(path), values, all_keys)
+        varied = {path: values for path, values in written.value.items() if path not in fixed_paths}
+        reader.written_columns[section_name] = len(varied)
+        for path, values in varied.items():
+            _record_axis(reader, section_name, path, written.key_position(path), values, all_keys)
         if section_name == "sample":
             drawn_paths = [path for path in reader.written_axes if reader.varied_by[path] == "sample"]
             reader.drawn_paths = tuple(drawn_paths)
@@ -237,7 +238,9 @@ def check_variations(reader: Reader) -> None:
                 f"{len(reader.axes[first_path])}{line_text}; axes that vary together need equally many values"
             )
             reader.problems.add(reader.written_axes[path], _axis_key_path(reader, section_name, path), message)
-        if not unequal_paths and section_name != "sample":
+        # without a column that is wrong rows may look alike
+        is_whole = len(paths) == reader.written_columns.get(section_name, len(paths))
+        if not unequal_paths and section_name != "sample" and is_whole:
             _report_repeated_rows(reader, section_name, paths)
     for path in reader.axes:
         _report_unused_values(reader, path)
@@ -248,15 +251,16 @@ def check_variations(reader: Reader) -> None:
 
 
 def _report_repeated_rows(reader: Reader, section_name: str, paths: tuple[str, ...]) -> None:
-    """Report repeated rows of zipped values."""
-    first_rows: dict[tuple[Any, ...], int] = {}
-    for row, values in enumerate(zip(*(reader.axes[path] for path in paths), strict=True)):
-        if values in first_rows:
-            written = reader.written_axes[paths[0]]
-            item = written.value[row] if isinstance(written.value, list) else written
-            message = f"row {row + 1} has the values of row {first_rows[values] + 1}; each case may occur only once"
-            reader.problems.add(item, section_name, message)
-        first_rows.setdefault(values, row)
+    """Report the first repeated row of zipped values, and how many there are."""
+    rows = list(zip(*(reader.axes[path] for path in paths), strict=True))
+    first_rows = {values: row for row, values in reversed([*enumerate(rows)])}
+    repeated = [row for row, values in enumerate(rows) if first_rows[values] != row]
+    if repeated:
+        row, written = repeated[0], reader.written_axes[paths[0]]
+        item = written.value[row] if isinstance(written.value, list) else written
+        more = f", and {len(repeated) - 1} more rows repeat others" if repeated[1:] else ""
+        message = f"row {row + 1} has the values of row {first_rows[rows[row]] + 1}{more}"
+        reader.problems.add(item, section_name, f"{message}; each case may occur only once")
 
 
 def _report_unused_values(reader: Reader, path: str) -> None:
@@ -298,14 +302,8 @@ def _has_labels(written: WrittenValue) -> bool:
     content = written.value
     if not isinstance(content, dict) or not content or set(content) <= set(RESERVED_LABELS):
         return False
-    return all(_is_single(item) for name, item in content.items() if name not in RESERVED_LABELS)
-
-
-def _is_single(item: WrittenValue) -> bool:
-    """Return whether a written item is a single value or a fit."""
-    if isinstance(item.value, dict):
-        return [*item.value][:1] in (["fit"], ["group"])
-    return not isinstance(item.value, list)
+    items = [item.value for name, item in content.items() if name not in RESERVED_LABELS]
+    return all(not isinstance(item, dict | list) or [*item][:1] in (["fit"], ["group"]) for item in items)
 
 
 def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:

@@ -24,6 +24,7 @@ TableRow = tuple[int, list[Any]]  # number and cells
 
 _HEADER_PATTERN = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d*),(\d+)(?:[eE][+-]?\d+)?(?=\s|$|[^\d,.])")
+NOT_UTF_8 = "not UTF-8 text (byte {}); save the file as UTF-8"
 _SHEET_PATTERN = re.compile(r"xl/worksheets/sheet(\d+)\.xml")
 _CELL_PATTERN = re.compile(r"([A-Z]{1,3})\d+")
 MAX_PART_BYTES = 256 * 2**20  # bytes of a part of a workbook, unpacked
@@ -39,15 +40,19 @@ def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the headers, and line number and cells of every row that is not blank.
 
     Columns are separated by the first of tab, semicolon and comma that the header contains; numbers of the first two
-    may have a decimal comma.  Raises ValueError where a comma may be a decimal or a thousands separator.
+    may have a decimal comma.  Raises ValueError where a comma may be a decimal or a thousands separator, and for a
+    file that is not UTF-8.
     """
-    with open(file, newline="", encoding="utf-8-sig") as stream:
-        first_line = stream.readline()
-        separator = next((sign for sign in "\t;" if sign in first_line), ",")
-        stream.seek(0)
-        lines = csv.reader(stream, delimiter=separator)
-        headers = next(lines, [])
-        rows = [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
+    try:
+        with open(file, newline="", encoding="utf-8-sig") as stream:
+            first_line = stream.readline()
+            separator = next((sign for sign in "\t;" if sign in first_line), ",")
+            stream.seek(0)
+            lines = csv.reader(stream, delimiter=separator)
+            headers = next(lines, [])
+            rows = [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{NOT_UTF_8.format(error.start)}, in Excel as 'CSV UTF-8'") from None
     return headers, rows if separator == "," else _with_decimal_points(rows)
 
 
@@ -296,7 +301,7 @@ def read_document(source: str | PathLike | Mapping, problems: Problems) -> Writt
         with open(name, encoding="utf-8-sig") as file:
             text = file.read()
     except UnicodeDecodeError as error:
-        raise InputError(f"{name}: not UTF-8 text (byte {error.start}); save the file as UTF-8") from error
+        raise InputError(f"{name}: {NOT_UTF_8.format(error.start)}") from error
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         similar = next((each for each in (f"{name}.yaml", f"{name}.yml") if Path(each).is_file()), "")

@@ -29,7 +29,7 @@ from ...language.errors import InputError, did_you_mean, quoted
 from ...language.wording import sentence_list
 from ...laws import KINDS, NAME_PATTERN
 from ...tracing.cache import privacy_problem
-from . import Problems, WrittenValue
+from . import NOT_UTF_8, Problems, WrittenValue
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Trust in law files: their paths and hashes that the user allowed to run, in a private file, or for one command.
@@ -288,7 +288,7 @@ def read_law_file(path: Path, name: str, package: str = "") -> LawFile:
     try:
         text = content.decode()
     except UnicodeDecodeError as error:
-        raise InputError(f"{name}: not UTF-8 text (byte {error.start}); save the file as UTF-8") from None
+        raise InputError(f"{name}: {NOT_UTF_8.format(error.start)}") from None
     path = Path(os.path.realpath(path.parent), path.name)
     file = LawFile(name, str(path), text, package=package)
     return LawFile(name, str(path), text, tuple(_named_files(file)), package)

@@ -66,6 +66,9 @@ def _changed(section: WrittenValue, path: tuple[str, ...], rename: Any, depth: i
         names = {key: rename(key, content) for key, content in section.value.items()}
         keys = {names.get(key, key): place for key, place in section.keys.items()}
         content = {names[key]: value for key, value in section.value.items()}
+        if len(content) < len(names):
+            message = f"{DAMPING} in % conflicts with `{RATIO}`, which it is; write one of them"
+            raise InputError(f"{section.position_text}mechanism.mounts: {message}")
         return (
             section if all(key == name for key, name in names.items()) else replace(section, value=content, keys=keys)
         )

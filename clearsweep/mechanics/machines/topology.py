@@ -43,6 +43,8 @@ from .spatial.build import (
 )
 from .spatial.build import refusal as spatial_refusal
 
+DRIVEN_TEXT = "the revolute joint that the drive turns; it connects the ground and the crank, or a wheel of its own"
+
 # ---------------------------------------------------------------------------------------------- in space
 
 
@@ -54,7 +56,7 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
         for name in pins
         if name not in outline.clearances
     )
-    driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
+    driven = Choice("driven", pins, DRIVEN_TEXT)
     keys = [
         Keys("mechanism", "", words=(driven,), flags=(SPATIAL_FLAG,)),
         gravity_keys(),
@@ -226,7 +228,7 @@ def _sites(outline: Outline) -> Iterable[JointSite]:
 def _keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
     pins = tuple(joint.name for joint in outline.joints if joint.type in ("revolute", ANY))
-    driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
+    driven = Choice("driven", pins, DRIVEN_TEXT)
     yield described.gravity_section(outline)
     yield Keys("mechanism", "", words=(driven,), flags=(SPATIAL_FLAG,), role=CHOICE)
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")

@@ -60,6 +60,7 @@ class Page(NamedTuple):
 
     def text(self) -> str:
         """Return the page as HTML."""
+        subjects = dict.fromkeys(section.subject for section in self.sections if section.subject)
         return render(
             "page.html.j2",
             name=self.name,
@@ -67,17 +68,11 @@ class Page(NamedTuple):
             varied=self.axes_verb,
             axes=self.axes,
             sections=[section for section in self.sections if not section.subject],
-            more=self._folded_sections(),
+            more=[(name, [each for each in self.sections if each.subject == name]) for name in subjects],
             picture_count=sum(len(section.pictures) for section in self.sections),
             script=page_script() if any(section.has_scripts for section in self.sections) else None,
             script_style=style_sheets(),
         )
-
-    def _folded_sections(self) -> list[tuple[str, list[Section]]]:
-        """Return the folded sections, by subject."""
-        folded = [section for section in self.sections if section.subject]
-        subjects = dict.fromkeys(section.subject for section in folded)
-        return [(subject, [section for section in folded if section.subject == subject]) for subject in subjects]
 
     def write_tables(self, directory: Path) -> list[Path]:
         """Write the tables of every section into a directory; return the files.
@@ -111,7 +106,10 @@ def page_of(study: Study, measured: str | PathLike | None = None) -> Page:
         name=record.get("name") or "clearsweep run",
         subtitle=f"{study.mechanism} with joint clearance" if study.is_driven else study.mechanism,
         axes_verb="Varied" if record.get("sample") else "Swept",
-        axes=[f"{axis.name} {axis.values_text()}" for axis in study.swept()],
+        axes=[
+            f"{name} {values}{joints}"
+            for name, joints, values in wording.of_joints((axis.name, axis.values_text()) for axis in study.swept())
+        ],
         sections=[*comparison, *sections.all_sections(study)],
     )
 

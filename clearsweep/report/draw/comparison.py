@@ -261,16 +261,12 @@ def visible_points(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     cells = np.zeros(len(finite), np.int32)
     for values in (x, y):
-        cells = cells * GRID_CELLS + _cell_indices(values[finite])
+        known = values[finite]
+        low, high = (known.min(), known.max()) if len(known) else (0.0, 0.0)
+        indices = (GRID_CELLS * (known - low) / (high - low or 1.0)).astype(np.int32)
+        cells = cells * GRID_CELLS + indices.clip(max=GRID_CELLS - 1)
     _, last_indices = np.unique(cells[::-1], return_index=True)
     return np.sort(finite[len(finite) - 1 - last_indices])
-
-
-def _cell_indices(values: np.ndarray) -> np.ndarray:
-    """Return the indices of values among GRID_CELLS equal parts of their span."""
-    low, high = (values.min(), values.max()) if len(values) else (0.0, 0.0)
-    indices: np.ndarray = (GRID_CELLS * (values - low) / (high - low or 1.0)).astype(np.int32)
-    return indices.clip(max=GRID_CELLS - 1, out=indices)
 
 
 def draw_histogram(

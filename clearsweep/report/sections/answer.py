@@ -1,6 +1,7 @@
 """The answer at the top of the page: cards, verdict, limits, reliability; and what failed."""
 
 import itertools
+import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -98,7 +99,7 @@ def _verdict_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
         note = "; ".join(filter(None, (every, f"{open_count} undecided" if open_count else "")))
         cards = [("Designs within the limits", f"{met} of {answer['designs_total']}", note)]
     text = words.margin(best)
-    where = "; ".join(filter(None, (words.setting(best["values"]), at_worst(answer, words, best).removeprefix(" at "))))
+    where = "; ".join(filter(None, (words.design(best), at_worst(answer, words, best).removeprefix(" at "))))
     if not text:
         return cards
     if text.startswith("margin "):
@@ -297,6 +298,7 @@ def _fractional_index(axis: Axis, values: np.ndarray) -> np.ndarray:
 
 # Reliability of peaks in words: periodicity, chaos, ranges of laws; and a table of forces by crank speed.
 
+STEADY_PEAKS = 1.01  # largest peak over that of a typical revolution up to which it is no matter of chance
 START_UP_NOTE = (
     "The motion is a start-up, so figures are those of this run from rest or its initial speed, not of a steady state."
 )
@@ -321,22 +323,28 @@ def periodicity_sentences(study: Study) -> list[str]:
             if len(known_periods) == count
             else f"{len(known_periods)} of {wording.count_text(count, 'motion')}"
         )
+        verb, its = ("repeats", "its") if len(known_periods) in (1, count) else ("repeat", "their")
         count_by_period = Counter(int(period) for period in known_periods)
-        count_texts = [
-            f"{number} every {'revolution' if period == 1 else f'{period} revolutions'}"
-            for period, number in sorted(count_by_period.items())
-        ]
-        verb = "is" if len(known_periods) in (1, count) else "are"
+        repeats = {n: f"every {'revolution' if n == 1 else f'{n} revolutions'}" for n in sorted(count_by_period)}
+        counts = wording.sentence_list([f"{count_by_period[n]} {text}" for n, text in repeats.items()])
         points.append(
-            f"{cases} {verb} periodic: {wording.sentence_list(count_texts)}. Their peaks recur in every period."
+            f"{cases} {verb}{f': {counts}' if len(repeats) > 1 else f' {repeats.popitem()[1]}'}, so {its} peaks recur."
         )
     points += _chaos_sentences(study)
     if len(known_periods) < count:
-        motions, suffix = wording.count_text(count, "motion"), _ratio_to_median_text(study, study.most_loaded_joint())
-        subject = f"{count - len(known_periods)} of {motions}" if count > 1 else "The motion"
+        subject = (
+            f"{count - len(known_periods)} of {wording.count_text(count, 'motion')}" if count > 1 else "The motion"
+        )
+        ratio = _ratio_to_median(study, study.most_loaded_joint())
+        if ratio <= STEADY_PEAKS:
+            within = share_text(STEADY_PEAKS - 1.0)
+            return [*points, f"{subject} did not repeat exactly; its peaks are within {within} of a typical one."]
+        up_to = (
+            f", up to {wording.number_text(ratio, 2)} times that of a typical revolution" if ratio < math.inf else ""
+        )
         points.append(
-            f"{subject} did not become periodic. The largest peak is partly chance{suffix}. Compare designs by the "
-            "median peak, the rms or the p99."
+            f"{subject} did not repeat within the run. The largest peak is partly chance{up_to}. Compare designs by "
+            "the median peak, the rms or the p99."
         )
         points += _expected_peak_sentences(study)
     return points
@@ -370,19 +378,16 @@ def _chaos_sentences(study: Study) -> list[str]:
     return [f"{chaotic} of {count} are chaotic: any small disturbance grows."] if chaotic else []
 
 
-def _ratio_to_median_text(study: Study, joint: Joint) -> str:
-    """Return how much the largest peak of non-periodic cases exceeds the median peak per revolution."""
+def _ratio_to_median(study: Study, joint: Joint) -> float:
+    """Return the largest peak of any non-periodic case over its median peak per revolution; inf if unknown."""
     median_column = joint.column("force_peak_median")
     if not study.has(median_column):
-        return ""
+        return math.inf
     is_aperiodic = np.isnan(study.cases["period"])
     peaks, medians = (study.cases[name][is_aperiodic] for name in (joint.column("force_peak"), median_column))
     ratio = peaks / np.where(medians > 0.0, medians, np.nan)
     ratio = ratio[np.isfinite(ratio)]
-    if not len(ratio):
-        return ""
-    range_text = " to ".join(dict.fromkeys((wording.number_text(ratio.min(), 2), wording.number_text(ratio.max(), 2))))
-    return f": {range_text} times the median peak per revolution"
+    return float(ratio.max()) if len(ratio) else math.inf
 
 
 def law_range_remarks(study: Study) -> list[str]:

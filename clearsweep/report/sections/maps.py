@@ -292,8 +292,9 @@ class PlottedFigure(NamedTuple):
 
 def curve_sections(study: Study) -> list[Section]:
     """Return the section, or [] if no axis has numbers that cases share."""
-    x_axis = None if study.cases.empty else _x_axis(study)
-    if x_axis is None:
+    numeric = [axis for axis in study.levels() if axis.is_numeric and len(axis.values) >= MIN_VALUES]
+    x_axis = next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
+    if study.cases.empty or x_axis is None:
         return []
     column = study.most_loaded_joint().column(study.lead.figure)
     effects = main_effects_of(study, column) if study.has(column) else []
@@ -308,12 +309,6 @@ def curve_sections(study: Study) -> list[Section]:
     if any(excludes_cut_off_starts(study, plotted.column) for plotted in _plotted_figures(study)):
         note += EXCLUDED_STARTS_NOTE
     return section("curves", f"Over {x_axis.name}", Gallery(note, pictures))
-
-
-def _x_axis(study: Study) -> Axis | None:
-    """Return the crank speed, or the first axis with enough numbers."""
-    numeric = [axis for axis in study.levels() if axis.is_numeric and len(axis.values) >= MIN_VALUES]
-    return next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
 
 
 def _plotted_figures(study: Study) -> list[PlottedFigure]:

@@ -212,12 +212,8 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
         )
         for case in best
     ]
-    blocks: list[Block] = [Table("nearest", "How close the cases come to their limits", "", columns, rows)]
-    if nearest["needed"] and len(best) > 1:
-        blocks.append(
-            Sentences([f"All {len(best)} cases would pass with the limit {_needed_text(nearest['needed'])}."])
-        )
-    return [*blocks, *_key_effect_blocks(answers, nearest, study.limits)]
+    table = Table("nearest", "How close the cases come to their limits", "", columns, rows)
+    return [table, *_key_effect_blocks(answers, nearest, study.limits)]
 
 
 def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any], limits: Sequence[Limit]) -> list[Block]:

@@ -47,15 +47,7 @@ RESIDUAL_NOTE = (
 
 def setup_sections(study: Study) -> list[Section]:
     """Return the section, with the values in one column and their origin in the other."""
-    axis_texts = [
-        (
-            axis.path,
-            axis.range_text()
-            if axis.is_scattered or len(axis.values) > MAX_LISTED_VALUES
-            else ", ".join(map(axis.text, axis.values)),
-        )
-        for axis in study.axes
-    ]
+    axis_texts = [(axis.path, axis.values_text().removeprefix("in ")) for axis in study.axes]
     values: list[Block] = [
         Facts("Swept", "Swept values", axis_texts),
         Facts("The same in every case" if study.axes else "The case", "Fixed values", _fixed_values(study)),

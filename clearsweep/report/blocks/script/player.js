@@ -275,10 +275,12 @@ class Player {
 
   drawJournal(joint, canvas) {
     const size = Math.min(canvas.parentElement.clientWidth, 260), context = sharp(canvas, size, size);
-    const radius = 0.36 * size, middle = size / 2;
+    const middle = size / 2, stretched = out =>
+      (Math.min(out, joint.clearance) + joint.magnified * Math.max(out - joint.clearance, 0)) / joint.clearance;
+    joint.reach ??= joint.x.reduce((most, x, k) => Math.max(most, stretched(Math.hypot(x, joint.y[k]))), 1.25);
+    const radius = 0.45 * size / joint.reach;
     const drawn = k => {
-      const out = Math.hypot(joint.x[k], joint.y[k]) || 1e-30, beyond = Math.max(out - joint.clearance, 0);
-      const length = (Math.min(out, joint.clearance) + joint.magnified * beyond) / joint.clearance;
+      const out = Math.hypot(joint.x[k], joint.y[k]) || 1e-30, length = stretched(out);
       return [middle + (joint.x[k] / out) * length * radius, middle - (joint.y[k] / out) * length * radius];
     };
     context.strokeStyle = colour("ink");
