@@ -156,7 +156,8 @@ class StoredRun:
     def _check_axes(self) -> None:
         """Raise DamagedError if a case has another value on an axis than run.json lists; a search adds values."""
         declared = {path: declared_values(self.grid, path) for path in self.grid["units"]}
-        listed = {path: values for path, values in declared.items() if values is not None}
+        unused = [None] if any(kind_of_axis(self.grid, path) == "text" for path in declared) else []  # by a swept law
+        listed = {path: [*values, *unused] for path, values in declared.items() if values is not None}
         with self.parts[0].table() as table:
             rows = plausible(table.read(list(listed), use_threads=False))
         for path, values in listed.items():
