@@ -4,6 +4,8 @@ import csv
 import html.parser
 import json
 import re
+import subprocess
+import sys
 import xml.etree.ElementTree as ET
 from collections import defaultdict
 
@@ -26,6 +28,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.section import Columns, Facts, page_script
 from clearsweep.report.documents import page as single
 from clearsweep.report.documents.page import case_to_draw
+from clearsweep.report.effects import MatchedCases
 from clearsweep.report.sections import cases
 from clearsweep.report.sections.answer import law_range_remarks
 from clearsweep.report.sections.setup import setup_sections
@@ -246,6 +249,34 @@ def test_stored_run_is_read_as_the_store_hands_it_out(tmp_path):
     assert "the step budget was used up" in text
     assert "Journal orbit" in text
     assert len(report.tables(run, tmp_path / "tables")) >= 5
+
+
+def test_a_state_and_a_page_load_only_what_they_read(tmp_path):
+    fake_physics.sweep(fake_physics.grid(masses=2, wear=True), tmp_path / "run", executor="serial", show_progress=False)
+    program = (
+        "import pathlib, sys; from clearsweep import store; "
+        "store.status(pathlib.Path({0!r})); print(*{1} & {{*sys.modules}}); "
+        "from clearsweep import report; report.page_of(report.open({0!r})).text(); print(*{2} & {{*sys.modules}})"
+    )
+    for_pages = {"pandas", "scipy", "matplotlib", "ruamel.yaml"}
+    program = program.format(str(tmp_path / "run"), for_pages | {"h5py"}, for_pages - {"ruamel.yaml"})
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_matched_cases_are_reduced_by_group_and_level():
+    chance = np.random.default_rng(5)
+    groups, rows, codes = chance.integers(0, 6, 40), chance.integers(0, 30, 40), chance.integers(-1, 3, 40)
+    values = np.where(chance.random(30) < 0.3, np.nan, chance.random(30))
+    table = MatchedCases(None, groups, rows, np.array([1.0, 2.0, 4.0]), codes).table(values)
+    expected = {}
+    for group in range(6):
+        cells = [values[rows[(groups == group) & (codes == code)]] for code in range(3)]
+        medians = [np.median(cell[np.isfinite(cell)]) if np.isfinite(cell).any() else np.nan for cell in cells]
+        if np.isfinite(medians).sum() > 1:
+            expected[group] = medians
+    assert table.groups.tolist() == [*expected]
+    np.testing.assert_array_equal(table.values, [*expected.values()])
 
 
 def test_tables_hold_every_case_in_si_with_units(tmp_path):
