@@ -16,8 +16,8 @@ from ...contracts.catalogue import (
     Columns,
     Field,
     Keys,
-    Law,
     LoadOutline,
+    declared_law,
     ranged,
 )
 from ..laws.contract import compile_law
@@ -95,49 +95,39 @@ _RADIUS = Field("radius", "m", "radius of the pin; a guide does not use it", opt
 LOADS = {
     law.name: law
     for law in (
-        Law(
-            "load",
-            "force",
-            "a force of fixed direction and a torque, constant",
+        declared_law(
+            "load force: a force of fixed direction and a torque, constant",
             "force: [fx, fy], torque",
             "",
             (*(field._replace(name=f"force.{field.name}", optional=True) for field in _FORCE), _TORQUE),
             notes="Written on: BODY; `point` says where (planar), by default a slider's pin, else the centre of mass.",
         ),
-        Law(
-            "load",
-            "table",
-            "forces and a torque that depend on the crank angle or on time, such as an indicator diagram",
+        declared_law(
+            "load table: forces and a torque that depend on the crank angle or on time, such as an indicator diagram",
             "scale x table, PCHIP between rows; over the angle periodic in the table's span",
             "Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5:300",
             (_SCALE, *_PISTON),
             notes="Written on: BODY, table: gas.csv with the columns `crank_angle [deg]` or `time [s]`, and any of "
             "`fx [N]`, `fy [N]`, `torque [N*m]`; or `pressure [bar]` with `bore: 60 mm` and `ambient: 1 bar`.",
         ),
-        Law(
-            "load",
-            "spring",
-            "a spring and damper from a point of one body to a point of another",
+        declared_law(
+            "load spring: a spring and damper from a point of one body to a point of another",
             "force = stiffness (l - free_length) + damping dl/dt along the line from anchor to point",
             "",
             (*(field._replace(name=f"anchor.{field.name}") for field in _ANCHOR), *_SPRING),
             notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It acts on the second body at `point` "
             "(planar), by default at a slider's pin, of any other body at the centre of mass.",
         ),
-        Law(
-            "load",
-            "torsion",
-            "a torsion spring and damper between the angles of two bodies",
+        declared_law(
+            "load torsion: a torsion spring and damper between the angles of two bodies",
             "torque = torsional_stiffness (twist - free_angle) + torsional_damping d(twist)/dt",
             "",
             _TORSION,
             notes="Written between: [BODY, BODY], torsional_stiffness: 5 N*m/rad.  The twist is the angle of the "
             "second body minus that of the first.",
         ),
-        Law(
-            "load",
-            "friction",
-            "friction in a joint without clearance",
+        declared_law(
+            "load friction: friction in a joint without clearance",
             "in a pin the torque |reaction| x radius x sin(atan(coefficient)), in a guide the force "
             "coefficient x |reaction|; or a given `torque` or `force`",
             "",
