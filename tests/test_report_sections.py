@@ -580,6 +580,19 @@ def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run
     assert f"{int(finished.sum()) - repeating} of {int(finished.sum())} motions are chaotic" in sentence_of(limited_run)
 
 
+def test_a_peak_near_the_median_of_its_revolutions_is_no_chance(limited_run):
+    for share, said in (
+        (0.995, "peaks are within 1\u00a0% of a typical one"),
+        (0.5, "up to 2.0 times that of a typical"),
+    ):
+        peaks = [name for name in limited_run.summary if name.endswith("_force_peak")]
+        for name in peaks:
+            limited_run.summary[f"{name}_median"] = share * limited_run.summary[name]
+        text = " ".join(reliability_points(prepare(limited_run)))
+        assert said in text
+        assert ("partly chance" in text) == (share < 0.9)
+
+
 def test_the_page_holds_the_verdict_and_its_map(limited_run, tmp_path):
     page = report.write(limited_run, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Within the limits" in page

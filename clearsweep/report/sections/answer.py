@@ -338,7 +338,7 @@ def periodicity_sentences(study: Study) -> list[str]:
         ratio = _ratio_to_median(study, study.most_loaded_joint())
         if ratio <= STEADY_PEAKS:
             within = share_text(STEADY_PEAKS - 1.0)
-            return [*points, f"{subject} did not repeat exactly; its peaks are within {within} of a typical one."]
+            return [*points, f"{subject} did not repeat exactly; peaks are within {within} of a typical one."]
         up_to = (
             f", up to {wording.number_text(ratio, 2)} times that of a typical revolution" if ratio < math.inf else ""
         )
