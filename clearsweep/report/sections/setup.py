@@ -37,7 +37,7 @@ OMITTED_KEYS = (  # in the record of a run, and shown elsewhere or not for peopl
     "warnings",
 )
 OMITTED_PATHS = ("machine.node", "merged.mark")  # the name of a machine is nobody's else; run.json has both
-CHECKSUM_DIGITS = 12  # characters of a checksum; run.json has all
+CHECKSUM = re.compile("^([0-9a-f]{12})[0-9a-f]{28,}$")  # the page has the first digits, run.json has all
 SUMMED_COLUMNS = (("steps", "accepted steps, all cases"), ("rhs_evaluations", "evaluations, all cases"))
 RESIDUAL_NOTE = (
     "The energy residual is the largest imbalance of work, energy and losses, divided by the largest kinetic energy. "
@@ -94,12 +94,6 @@ def _derived_values(study: Study) -> list[tuple[str, str]]:
     return facts
 
 
-def _shortened(value: object) -> str:
-    """Return a value as text; of a checksum, only enough digits to distinguish two."""
-    text = str(value)
-    return f"{text[:CHECKSUM_DIGITS]}..." if re.fullmatch("[0-9a-f]{40,}", text) else text
-
-
 def _provenance(study: Study) -> list[tuple[str, str]]:
     """Return the origin of the figures: versions, machine, times, counts, energy residual."""
     record = {
@@ -107,7 +101,8 @@ def _provenance(study: Study) -> list[tuple[str, str]]:
     }
     if "sample" in record:
         record["sample"] = {key: value for key, value in record["sample"].items() if key != "drawn"}
-    facts = [(path.replace("_", " "), _shortened(value)) for path, value in leaves(record) if path not in OMITTED_PATHS]
+    written = [(path, str(value)) for path, value in leaves(record) if path not in OMITTED_PATHS]
+    facts = [(path.replace("_", " "), CHECKSUM.sub(r"\1...", text)) for path, text in written]
     if study.has("energy_residual"):
         median = float(np.nanmedian(study.cases["energy_residual"]))
         facts.append(("energy residual, largest", wording.number_text(study.cases.largest("energy_residual"), 2)))
