@@ -382,7 +382,7 @@ def test_plain_tests_run_only_as_plain_python(monkeypatch, plain):
     class Item(set):
         """A test with these marks."""
 
-        path = Path(__file__)
+        path, name = Path(__file__), "test"
 
         def get_closest_marker(self, name):
             return name in self or None
