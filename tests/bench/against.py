@@ -194,8 +194,8 @@ def table_of_files(other: Path, repetitions: int, named: list[str]) -> str:
         for path in sorted((ROOT / "configs").glob("*.yaml")):
             if (named and path.stem not in named) or not (other / "configs" / path.name).exists():
                 continue
-            rounds = [[commanded(tree, path.name, place) for tree in trees] for _ in range(repetitions + 1)]
-            this, that = np.min(rounds[1:], axis=0)
+            seconds = [[commanded(tree, path.name, place) for tree in trees] for _ in range(repetitions + 1)]
+            this, that = np.min(seconds[1:], axis=0)
             verdict = "" if this <= MOST * that else f"more than {MOST:g}"
             lines.append(f"| {path.stem} | {this:.2f} | {that:.2f} | {this / that:.2f} | {verdict} |")
             print(lines[-1], file=sys.stderr, flush=True)
