@@ -85,8 +85,12 @@ def changed(base, **paths):
     return tree
 
 
+def machine_case(source):
+    return grid.load(source, CATALOGUE).case(0)
+
+
 def machine_of(source):
-    case = grid.load(source, CATALOGUE).case(0)
+    case = machine_case(source)
     return mechanism_of(case).machine(case)
 
 
@@ -245,6 +249,14 @@ MISTAKES = {
 @pytest.mark.parametrize(("source", "sentence"), MISTAKES.values(), ids=MISTAKES)
 def test_a_mistake_is_reported(source, sentence):
     assert any(problem.startswith(sentence) for problem in messages_of(source)), messages_of(source)
+
+
+@pytest.mark.parametrize("name", ["film", "wear", "contact", "friction", "journal", "thermal", "type", "joints"])
+def test_a_joint_may_have_the_name_of_one_of_its_keys(name):
+    source = json.loads(json.dumps(PLANAR).replace("small-end", name))
+    assert grid.load(source, CATALOGUE).case(0).joints[0].clearance == machine_case(PLANAR).joints[0].clearance
+    (message,) = (line for line in messages_of(changed(source, life={})) if "life.joint" in line)
+    assert f"write one of main, big-end, {name} (" in message
 
 
 def test_every_number_of_a_load_and_of_a_body_can_be_swept():

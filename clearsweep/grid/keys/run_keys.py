@@ -85,7 +85,8 @@ _LIFE_FIELDS = (
 
 def add_life_keys(keys: KeyTable) -> None:
     """Add the keys of `life`, for mechanisms with wear and revolutions."""
-    worn_joints = tuple(path.split(".")[1] for path in keys if path.startswith("joints.") and path.endswith(".wear"))
+    paths = (path.split(".") for path in keys)
+    worn_joints = tuple(parts[1] for parts in paths if parts[0] == "joints" and parts[2:] == ["wear"])
     if not worn_joints or "simulate.revolutions" not in keys:
         return
     keys[LIFE] = Section(

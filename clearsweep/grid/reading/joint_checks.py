@@ -483,9 +483,8 @@ def _check_limited_joint(reader: Reader, joint: str) -> None:
     """Check that the limited joint wears, and that its limit is a small change of shape."""
     path, joint_path = f"{LIFE}.joint", f"joints.{joint}"
     if joint_path not in reader.keys_in_use:
-        worn_joints = [
-            name.split(".")[1] for name in reader.keys_in_use if name.startswith("joints.") and name.endswith(".wear")
-        ]
+        paths = (name.split(".") for name in reader.keys_in_use)
+        worn_joints = [parts[1] for parts in paths if parts[0] == "joints" and parts[2:] == ["wear"]]
         remedy = f"name one that wears ({', '.join(worn_joints)})" if worn_joints else "give it clearance and wear"
         reader.report(path, f"{joint} has no clearance in this grid; {remedy}")
         return

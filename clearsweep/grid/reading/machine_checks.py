@@ -455,7 +455,8 @@ def _check_guides(reader: Reader) -> None:
 
 def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
-    films = [path for path in reader.keys_in_use if path.startswith("joints.") and path.endswith(".film")]
+    names = [path.split(".") for path in reader.keys_in_use]  # a joint may have the name film, too
+    films = [".".join(parts) for parts in names if parts[0] == "joints" and parts[2:] == ["film"]]
     for film in films:
         joint = film.removesuffix(".film")
         _check_film_size(reader, joint, catalogue)
