@@ -301,6 +301,16 @@ def test_keys_of_the_other_mechanism_are_unknown(problems_in):
     assert "simulate.revolutions: unknown key 'revolutions' (allowed: impacts, " in problems[4]
 
 
+@pytest.mark.parametrize("contact", ["", "    contact: [1, 2]\n"])
+def test_a_key_that_a_law_decides_is_not_the_mistake_where_its_section_is(problems_in, contact):
+    (problem,) = problems_in(
+        "mechanism: {type: impact-pair, masses: [1 kg, 1 kg], speed: 1 m/s}\njoints:\n"
+        f"  pair:\n    clearance: 1 mm\n    bearing_radius: 10 mm\n{contact}simulate: {{impacts: 1}}\n"
+    )
+    assert "joints.pair.contact: " in problem
+    assert "section" in problem
+
+
 def test_the_nearest_name_has_the_same_words_in_another_order():
     names = ["rod_slider_pv_peak", "rod_slider_load_peak"]
     assert did_you_mean("rod_slider_peak_load", names) == "; did you mean 'rod_slider_load_peak'?"

@@ -223,8 +223,12 @@ def _depends_on_unreadable(reader: Reader, key: Word | Number | Table) -> bool:
 
 
 def _seems_used(reader: Reader, path: str, key: Word | Number | Table) -> bool:
-    """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
-    has_swept_law = any(chooser in reader.written_axes for chooser in deciding_paths(key))
+    """Return whether an unused key was written as if it were used; it may belong to another law that is swept.
+
+    Where the section of a law is missing, that is the mistake.
+    """
+    choosers = deciding_paths(key)
+    has_swept_law = any(chooser in reader.written_axes or chooser not in reader.names for chooser in choosers)
     is_written = path in reader.written_axes or (path in reader.written and not has_swept_law)
     return is_written and not _depends_on_unreadable(reader, key)
 
