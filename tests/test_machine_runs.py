@@ -142,6 +142,8 @@ def test_a_machine_at_rest_is_measured_over_time_but_never_turns():
     assert path.status == "time-limit"
     assert "the crank does not turn" in path.message
     assert "simulate: {time: 5 s}" in path.message
+    slow = source | {"drive": {"torque": 1.0, "initial_speed": 0.0}, "simulate": {"revolutions": 1, "time_limit": 1e-4}}
+    assert "increase simulate.time_limit" in clearsweep.simulate(clearsweep.load_case(slow)).message
     path = clearsweep.simulate(clearsweep.load_case(source | {"simulate": {"time": 1.0}}))
     assert path.status == "ok"
     assert path.summary["energy_residual"] == path.summary["output_error_max"] == path.summary["rest_force_peak"] == 0.0

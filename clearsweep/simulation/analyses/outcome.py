@@ -100,6 +100,7 @@ _NEVER_TURNS = (
     "revolutions"
 )
 STANDING = 1e-4  # revolutions, below which a crank has not turned; what is loose on it may shake it
+REST_RATE = 1e-9  # rad/s, of a crank that is at rest at its time limit; a faster one may only have had too little time
 TYPICAL_STEPS = 10.0  # the budget over the steps that a run should need at a tolerance that is advised
 LARGEST_TOLERANCE = 1e-3  # that is advised
 REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
@@ -115,7 +116,9 @@ def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     drive = scene.machine.drive if scene.machine else None
     if run.status == integration.STALLED and isinstance(drive, Motor) and drive.stall_torque < 0.0:
         return _STATUS[run.status][0], _BACKWARDS
-    if run.status in (integration.STALLED, integration.TIME_LIMIT) and _turns_of(scene, run) < STANDING:
+    rate = run.work.y[len(scene.value.coordinates) + run.work.independent] if scene.crank_clock.free else 0.0
+    is_at_rest = run.status == integration.STALLED or (run.status == integration.TIME_LIMIT and abs(rate) < REST_RATE)
+    if is_at_rest and _turns_of(scene, run) < STANDING:
         return _STATUS[run.status][0], _NEVER_TURNS
     return _STATUS[run.status]
 
