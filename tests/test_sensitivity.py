@@ -313,7 +313,7 @@ def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, aga
     assert ("This run only gives an upper bound of the share of chance" in text) != again
     assert ("A run with <code>error_check: true</code>" in text or "A run with `error_check: true`" in text) != again
     report.tables(made, tmp_path / "tables")
-    with open(tmp_path / "tables" / "effects.csv", encoding="utf-8") as stream:
+    with open(tmp_path / "tables" / "sensitivity.csv", encoding="utf-8") as stream:
         *_, row = [row for row in csv.DictReader(stream) if row["figure"] == "force peak"]
     assert row["verdict"] == ("chaotic" if again else "may be chaotic")
     assert row["chance was"] == ("measured" if again else "bounded")

@@ -116,9 +116,11 @@ def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     drive = scene.machine.drive if scene.machine else None
     if run.status == integration.STALLED and isinstance(drive, Motor) and drive.stall_torque < 0.0:
         return _STATUS[run.status][0], _BACKWARDS
-    rate = run.work.y[len(scene.value.coordinates) + run.work.independent] if scene.crank_clock.free else 0.0
-    is_at_rest = run.status == integration.STALLED or (run.status == integration.TIME_LIMIT and abs(rate) < REST_RATE)
-    if is_at_rest and _turns_of(scene, run) < STANDING:
+    work: Any = run.work  # mypy takes its parts for tuples of anything
+    is_free, at_limit = scene.crank_clock.free, run.status == integration.TIME_LIMIT
+    rate = work.y[len(scene.value.coordinates) + work.independent] if is_free else 0.0
+    is_at_rest = run.status == integration.STALLED or (at_limit and abs(rate) < REST_RATE)
+    if is_at_rest and not work.totals.mechanism.kinetic_start and _turns_of(scene, run) < STANDING:
         return _STATUS[run.status][0], _NEVER_TURNS
     return _STATUS[run.status]
 
