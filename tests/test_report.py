@@ -426,7 +426,7 @@ def test_show_says_why_there_is_nothing_to_draw(tmp_path, ending):
     grid = BASE | {"mechanism": BASE["mechanism"] | {"gravity": 9.81}, "drive": drive, "simulate": {"revolutions": 1}}
     clearsweep.sweep(grid | {"name": "stalled"}, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
-    with pytest.raises(InputError, match="nothing to draw, the case ended with 'stalled': the crank does not turn"):
+    with pytest.raises(InputError, match="nothing to draw, the case ended with 'stalled': the drive stalls"):
         report.show(run, run.summary["case_id"][0], tmp_path / f"case.{ending}")
 
 
