@@ -356,6 +356,9 @@ def test_a_report_is_written_over_no_device_link_or_directory(tmp_path, run, com
         write_page("new", victim)
     assert victim.read_text() == "precious"
     assert command("report", run, "--out", victim / "x.html")[0] == 2
+    code, out, err = command("status", victim)
+    assert (code, out) == (2, "")
+    assert f"{victim}: contains no run" in err
 
 
 def test_status_says_how_far_a_run_is_and_who_works_there(tmp_path, command, monkeypatch):

@@ -650,6 +650,8 @@ def test_a_file_that_clearsweep_did_not_write_is_not_replaced(tmp_path, ending):
     file = tmp_path / f"mine.{ending}"
     file.write_text("# a grid for clearsweep\nname: t\n")
     with pytest.raises(DirectoryError, match="clearsweep did not write it"):
+        durable.replace_output(file, b"new")
+    with pytest.raises(DirectoryError, match="exists with other columns"):
         durable.replace_output(file, b"new", b"t,force")
     assert file.read_text().startswith("# a grid")
 

@@ -111,7 +111,7 @@ def checksum(path: Path) -> str:
 def _reading(path: Path) -> Iterator[None]:
     try:
         yield
-    except (ClearsweepError, FileNotFoundError):
+    except (ClearsweepError, FileNotFoundError, NotADirectoryError):
         raise
     except OSError as error:
         raise unreadable_error(path, error) from error
@@ -220,9 +220,8 @@ def check_output(path: Path, start: bytes = b"") -> None:
         file.seek(max(0, os.fstat(file.fileno()).st_size - _MARKED))
         is_marked = head.startswith(_OWN_STARTS) and _OWN_MARK in head + file.read(_MARKED)
         if head and not is_marked and not (start and head.startswith(start)):
-            raise DirectoryError(
-                f"{path}: exists, and clearsweep did not write it; move it away, or choose another name"
-            )
+            reason = "exists with other columns" if start else "exists, and clearsweep did not write it"
+            raise DirectoryError(f"{path}: {reason}; move it away, or choose another name")
 
 
 def link_or_copy(source: Path, path: Path, scratch: Path) -> None:
