@@ -393,7 +393,7 @@ def test_a_mistake_among_fits_is_reported(problems_in, old, new, message):
 
 
 def test_fits_that_pass_beyond_the_border_are_reported_on_the_page():
-    answers = page._Answers(None, (), True, False, [{"seek_beyond": "H8/e8"}, {"seek_beyond": None}, {}])
+    answers = page._Answers(None, (), True, [{"seek_beyond": "H8/e8"}, {"seek_beyond": None}, {}])
     assert page.not_monotone_sentences(answers) == [
         "The margin is not monotone: beyond the border, H8/e8 also meet the limits."
     ]

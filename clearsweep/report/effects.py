@@ -153,9 +153,8 @@ def axis_key(axis: Axis) -> str:
 
 # Trend of a figure with one swept value, from pairs of otherwise equal cases, without assumed distributions.
 
-MAX_EXACT_PAIRS = (
-    3000  # comparisons up to which the distribution of orders is exact; above, it is approximated as normal
-)
+#: Comparisons up to which the distribution of orders is exact; above, it is approximated as normal.
+MAX_EXACT_PAIRS = 3000
 
 
 def trend_exponent(x: np.ndarray, table: np.ndarray, claims: int = 1) -> tuple[Estimate, int]:
@@ -317,11 +316,8 @@ class SingleEffect(NamedTuple):
     def blurred(self) -> float:
         """Return the scatter over the effect for a blurred effect that is not chaotic, else NaN."""
         effect_size = max(self.low, self.median, self.high) - min(self.low, self.median, self.high)
-        return (
-            self.scatter / effect_size
-            if not self.is_chaotic and 0.0 < BLURRED_RATIO * effect_size <= self.scatter
-            else np.nan
-        )
+        is_blurred = not self.is_chaotic and 0.0 < BLURRED_RATIO * effect_size <= self.scatter
+        return self.scatter / effect_size if is_blurred else np.nan
 
 
 class SobolIndex(NamedTuple):
@@ -453,9 +449,8 @@ def sobol_indices(sample: Sample, figure: str, paths: list[str]) -> list[SobolIn
         return [SobolIndex(path, undefined, undefined) for path in paths]
     generator, count = np.random.default_rng(_SEED), values.shape[1]
     resampled_indices = [_indices(values[:, generator.integers(0, count, count)]) for _ in range(RESAMPLES)]
-    interval_ends = np.nanquantile(
-        resampled_indices, ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0), axis=0
-    )  # (2, 2, variables)
+    tails = ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0)
+    interval_ends = np.nanquantile(resampled_indices, tails, axis=0)  # (2, 2, variables)
     estimates = np.stack([_indices(values), *interval_ends])  # estimate, low, high; first-order, total; variables
     return [
         SobolIndex(path, *(Estimate(*map(float, column)) for column in estimates[:, :, k].T))  # first-order, total
@@ -486,15 +481,9 @@ def share_of_chance(sample: Sample, figure: str, indices: list[SobolIndex]) -> C
     variance, scatter = sample.figures[figure].reshape(blocks)[:2].var(), disturbance_rms(sample, figure)
     if variance > 0.0 and np.isfinite(scatter):
         return ChanceShare(float(min(1.0, 0.5 * scatter**2 / variance)), True)
-    first, _, *disturbed_rows = sample.figures.get(MOTION_COLUMN, np.arange(sample.figures[figure].size)).reshape(
-        blocks
-    )
-    is_disturbed = [bool(np.any(disturbed != first)) for disturbed in disturbed_rows]
-    totals = [
-        index.total.value
-        for index, is_disturbed_variable in zip(indices, is_disturbed, strict=True)
-        if is_disturbed_variable
-    ]
+    rows = sample.figures.get(MOTION_COLUMN, np.arange(sample.figures[figure].size)).reshape(blocks)
+    is_disturbed = [bool(np.any(disturbed != rows[0])) for disturbed in rows[2:]]
+    totals = [index.total.value for index, disturbed in zip(indices, is_disturbed, strict=True) if disturbed]
     return ChanceShare(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
 
 

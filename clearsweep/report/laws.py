@@ -11,7 +11,7 @@ from ..language import wording
 from ..language.errors import InputError
 from .axis import PEAK, Axis, value_at
 from .blocks.section import Part, Picture
-from .blocks.table import Column, Quantity, Table, count_cell
+from .blocks.table import Column, Quantity, Table, columns_of, count_cell
 from .draw import comparison
 from .effects import MatchedCases, MatchedTable, axis_key
 from .study import Joint, Study, joint_with_laws, resolve_cases
@@ -156,14 +156,9 @@ def _elastic_table(
             (law, is_used_text, *forces[law], forces[law][REFERENCE_DEPTH] / softest, depth_limit, verdict_text)
         )
     depth_texts = [wording.scale("m", depth).exact_text(depth) for depth in DEPTHS]
-    columns = (
-        Column("elastic law"),
-        Column("used here", file_only=len(used_laws) == len(sections)),
-        *(Column(f"at {depth}", "N") for depth in depth_texts),
-        Column(f"at {depth_texts[REFERENCE_DEPTH]}, over the softest"),
-        Column("valid up to", "m"),
-        Column("in this joint"),
-    )
+    columns = [Column("elastic law"), Column("used here", file_only=len(used_laws) == len(sections))]
+    columns += [Column(f"at {depth}", "N") for depth in depth_texts]
+    columns += columns_of(f"at {depth_texts[REFERENCE_DEPTH]}, over the softest | valid up to [m] | in this joint")
     note = f'{_joint_text(sections[ordered_laws[0]])}. A dash under "valid up to" means any penetration.'
     title = f"Elastic force against penetration, joint {joint.title}"
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
@@ -231,7 +226,9 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     path = f"joints.{joint.title}.contact.restitution"
     laws = study.cases[axis.path]
     specified = np.asarray(study.cases.get(path, value_at(study.base, path)), float) + np.zeros(len(laws))
-    displayed = {None, *_displayed_values(specified)}
+    known = np.unique(specified[~np.isnan(specified)])
+    evenly = np.linspace(0, max(len(known) - 1, 0), MAX_VALUES).round().astype(int)
+    displayed = {None, *(known[np.unique(evenly)] if len(known) else known)}
     points = [(law, None if np.isnan(value) else value) for law, value in zip(laws, specified.tolist(), strict=True)]
     representatives = {point: row for row, point in reversed([*enumerate(points)]) if point[1] in displayed}
     representatives = dict(sorted(representatives.items(), key=lambda entry: entry[1]))
@@ -260,14 +257,6 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     )
 
 
-def _displayed_values(specified: np.ndarray) -> np.ndarray:
-    """Return the displayed values of the restitution, at most MAX_VALUES."""
-    known = np.unique(specified[~np.isnan(specified)])
-    if not len(known):
-        return known
-    return known[np.unique(np.linspace(0, len(known) - 1, MAX_VALUES).round().astype(int))]
-
-
 def _measured_restitution(study: Study, joint: Joint, is_chosen: np.ndarray) -> float:
     """Return the median of the measured restitution of some cases, or NaN if none was measured."""
     if not study.has(joint.column("restitution")):
@@ -278,7 +267,7 @@ def _measured_restitution(study: Study, joint: Joint, is_chosen: np.ndarray) -> 
 
 
 def _restitution_table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
-    columns = [Column(axis.name), Column("specified"), Column("computed"), Column("difference")]
+    columns = columns_of(f"{axis.name} | specified | computed | difference")
     cells: list[tuple] = []
     for row in rows:
         difference = f"{row.difference:+.4f}".replace("-", wording.MINUS).replace("+nan", wording.DASH)
@@ -291,7 +280,7 @@ def _restitution_table(study: Study, axis: Axis, joint: Joint, rows: list[Effect
         "means that the law has no restitution, or that it depends on mass and speed (kelvin-voigt and others)."
     )
     key = f"{axis_key(axis)}_restitution"
-    return Table(key, "Specified and computed restitution", note, tuple(columns), cells)
+    return Table(key, "Specified and computed restitution", note, columns, cells)
 
 
 def _restitution_sentences(rows: list[EffectiveRestitution]) -> list[str]:
@@ -383,12 +372,10 @@ def _verdict_table(study: Study, matched_cases: MatchedCases, fails: np.ndarray,
             finite = margins[np.isfinite(margins)]
             margin_cells = (float(finite.min()), float(np.median(finite))) if len(finite) else (np.nan, np.nan)
             rows.append((law, count_cell(len(cases)), count_cell(int(fails[cases].sum())), *margin_cells))
-    headings = ("designs", "that exceed a limit", "smallest margin", "median margin")
-    columns = (Column(matched_cases.axis.name), *map(Column, headings))
+    name = matched_cases.axis.name
+    columns = columns_of(f"{name} | designs | that exceed a limit | smallest margin | median margin")
     note = (
         "The table lists the designs that finished with at least two of the laws. The margin is defined as in the "
         "verdict."
     )
-    return Table(
-        f"{axis_key(matched_cases.axis)}_verdict", f"The verdict, by {matched_cases.axis.name}", note, columns, rows
-    )
+    return Table(f"{axis_key(matched_cases.axis)}_verdict", f"The verdict, by {name}", note, columns, rows)

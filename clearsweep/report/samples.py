@@ -13,7 +13,7 @@ from ..store import sum_counts
 from . import effects
 from .axis import Axis
 from .blocks.section import Note, Section
-from .blocks.table import Column, Quantity, Table, axis_columns, columns_in_table, count_cell
+from .blocks.table import Column, Quantity, Table, axis_columns, columns_in_table, columns_of, count_cell
 from .effects import Sample, SingleEffect
 from .study import Study
 
@@ -45,31 +45,18 @@ def limited_figures(study: Study) -> list[LimitedFigure]:
 
 def spread_table(study: Study, samples: list[Sample]) -> Table:
     """Return mean, variation and quantiles of every figure."""
-    columns = (
-        *figure_columns(study),
-        Column("cases"),
-        *estimate_columns("mean"),
-        *estimate_columns("cv"),
-        *estimate_columns("5 % quantile"),
-        *estimate_columns("median"),
-        *estimate_columns("95 % quantile"),
-    )
+    columns = [*figure_columns(study), Column("cases")]
+    for name in ("mean", "cv", "5 % quantile", "median", "95 % quantile"):
+        columns += estimate_columns(name)
     rows = []
     for figure in limited_figures(study):
         for sample in samples:
             values = sample.figures[figure.column]
             if np.isfinite(values).any():
                 spread = effects.summarise_spread(values)
-                head_cells = (figure.name, figure.unit, *point_cells(study, sample), count_cell(spread.cases))
-                quantiles = [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
-                rows.append(
-                    (
-                        *head_cells,
-                        *estimate_cells(spread.mean, figure.unit),
-                        *estimate_cells(spread.cv, "1"),
-                        *quantiles,
-                    )
-                )
+                cells = [*estimate_cells(spread.mean, figure.unit), *estimate_cells(spread.cv, "1")]
+                cells += [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
+                rows.append((figure.name, figure.unit, *point_cells(study, sample), count_cell(spread.cases), *cells))
     failed = sum(len(sample.failed) for sample in samples)
     failed_note = f"{wording.count_text(failed, 'failed case')} left out: the figures may be biased." if failed else ""
     note = (
@@ -83,36 +70,19 @@ def spread_table(study: Study, samples: list[Sample]) -> Table:
 def limit_table(study: Study, samples: list[Sample]) -> Table:
     """Return the chance of exceeding each limit and, if cases failed, the chance with these counted as failures."""
     failures = any(sample.failed for sample in samples)
-    columns = (
-        *figure_columns(study),
-        Column("limit"),
-        Column("cases"),
-        *estimate_columns("probability of exceeding it"),
-        *(estimate_columns("or of failing") if failures else ()),
-    )
+    columns = [*figure_columns(study), *columns_of("limit | cases"), *estimate_columns("probability of exceeding it")]
+    columns += estimate_columns("or of failing") if failures else []
     rows = []
     for figure in limited_figures(study):
         for limit, sample in itertools.product(figure.limits, samples):
             is_exceeding = limit.is_exceeded(sample.figures)[sample.is_finished()]
             if len(is_exceeding) or sample.failed:
-                head_cells = (figure.name, figure.unit, *point_cells(study, sample))
-                limit_text = Quantity(limit.value, limit.bound_text(figure.unit))
-                rows.append(
-                    (
-                        *head_cells,
-                        limit_text,
-                        *_probability_cells(is_exceeding, _failed_rows(sample), failures=failures),
-                    )
-                )
+                limit_cell = Quantity(limit.value, limit.bound_text(figure.unit))
+                cells = _probability_cells(is_exceeding, _failed_rows(sample), failures=failures)
+                rows.append((figure.name, figure.unit, *point_cells(study, sample), limit_cell, *cells))
     for sample in samples if len(rows) > len(samples) else []:
-        head_cells = ("at least one of them", "", *point_cells(study, sample))
-        rows.append(
-            (
-                *head_cells,
-                "",
-                *_probability_cells(any_limit_exceeded(study, sample), _failed_rows(sample), failures=failures),
-            )
-        )
+        cells = _probability_cells(any_limit_exceeded(study, sample), _failed_rows(sample), failures=failures)
+        rows.append(("at least one of them", "", *point_cells(study, sample), "", *cells))
     note = (
         "Brackets contain the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null "
         "does not count as exceeding its limit."
@@ -128,18 +98,14 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
 
 def _probability_cells(exceeds: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
     """Return the number of cases, the chance of exceeding a limit and, with `failures`, of exceeding it or failing."""
-    none = Estimate(np.nan, np.nan, np.nan)
-    cells = [
-        count_cell(len(exceeds)),
-        *estimate_cells(effects.exceedance_probability(exceeds) if len(exceeds) else none, "1"),
-    ]
-    if not failures:
-        return cells
-    exceeds_or_fails = np.append(exceeds, np.ones(failed, bool))
-    return [
-        *cells,
-        *estimate_cells(effects.exceedance_probability(exceeds_or_fails) if len(exceeds_or_fails) else none, "1"),
-    ]
+    cells = [count_cell(len(exceeds)), *_chance_cells(exceeds)]
+    return [*cells, *_chance_cells(np.append(exceeds, np.ones(failed, bool)))] if failures else cells
+
+
+def _chance_cells(exceeds: np.ndarray) -> list[Quantity]:
+    """Return the cells of the chance of exceeding a limit, unknown without cases."""
+    unknown = Estimate(np.nan, np.nan, np.nan)
+    return estimate_cells(effects.exceedance_probability(exceeds) if len(exceeds) else unknown, "1")
 
 
 def _failed_rows(sample: Sample) -> int:
@@ -150,24 +116,15 @@ def _failed_rows(sample: Sample) -> int:
 
 def any_limit_exceeded(study: Study, sample: Sample) -> np.ndarray:
     """Return a mask of the finished cases of a sample that exceed a limit."""
-    exceeds: np.ndarray = np.any([limit.is_exceeded(sample.figures) for limit in study.limits], axis=0)[
-        sample.is_finished()
-    ]
-    return exceeds
+    exceeds: np.ndarray = np.any([limit.is_exceeded(sample.figures) for limit in study.limits], axis=0)
+    return exceeds[sample.is_finished()]
 
 
 def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
     """Return the Sobol indices of every variable for every figure, and remarks on chaos."""
-    columns = (
-        Column("figure"),
-        *axis_columns(study, _fixed_axes(study)),
-        Column("variable"),
-        *estimate_columns("first-order index"),
-        *estimate_columns("total index"),
-        Column("share of chance"),
-        Column("chance was", file_only=True),
-        Column("verdict"),
-    )
+    columns = [Column("figure"), *axis_columns(study, _fixed_axes(study)), Column("variable")]
+    columns += [*estimate_columns("first-order index"), *estimate_columns("total index")]
+    columns += columns_of("share of chance | chance was* | verdict")
     names = variable_names(study)
     rows: list[tuple] = []
     verdicts: dict[str, str] = {}  # chaotic or possibly chaotic figure -> which of these
@@ -208,15 +165,8 @@ def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
 
 def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
     """Return the effect of each single variable on every figure, and remarks on chaos."""
-    columns = (
-        *figure_columns(study),
-        Column("variable"),
-        Column("at its 5 % quantile"),
-        Column("in the middle"),
-        Column("at its 95 % quantile"),
-        Column("scatter"),
-        Column("verdict"),
-    )
+    heads = "variable | at its 5 % quantile | in the middle | at its 95 % quantile | scatter | verdict"
+    columns = [*figure_columns(study), *columns_of(heads)]
     names = variable_names(study)
     rows: list[tuple] = []
     chaotic: dict[str, None] = {}  # names of figures, without repetition
@@ -300,12 +250,8 @@ def rank_table(study: Study, samples: list[Sample]) -> Table:
     names = variable_names(study)
     drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
     has_limits = bool(study.run.grid.get("limits"))
-    columns = [
-        *figure_columns(study),
-        Column("variable"),
-        *estimate_columns("rank correlation"),
-        *estimate_columns("others fixed"),
-    ]
+    columns = [*figure_columns(study), Column("variable"), *estimate_columns("rank correlation")]
+    columns += estimate_columns("others fixed")
     if has_limits:
         columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]
     rows = []
@@ -324,7 +270,7 @@ def rank_table(study: Study, samples: list[Sample]) -> Table:
             " The last two columns are the probabilities that a limit is exceeded with the variable below and above "
             "its median."
         )
-    return Table("rank_drivers", "What drives the spread", note, tuple(columns), rows)
+    return Table("rank_drivers", "What drives the spread", note, columns, rows)
 
 
 def figure_correlations(study: Study, sample: Sample, column: str) -> list[tuple[str, Estimate, Estimate]]:
@@ -332,25 +278,15 @@ def figure_correlations(study: Study, sample: Sample, column: str) -> list[tuple
 
     Return [] if there are too few cases or the figure is constant.
     """
-    table = study.run.grid["sample"]["drawn"]
-    drawn = {path: np.asarray(table[path], float) for path in variable_names(study)}
+    drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
     return variable_correlations(drawn, sample.figures[column])
 
 
 def _halves(study: Study, sample: Sample, values: np.ndarray) -> list[Quantity]:
     """Return the cells with the chance that a limit is exceeded below and above the median of a variable."""
-    is_finished, exceeds = sample.is_finished(), any_limit_exceeded(study, sample)
-    values = values[is_finished]
+    exceeds, values = any_limit_exceeded(study, sample), values[sample.is_finished()]
     median = np.median(values)
-    cells = []
-    for is_in_half in (values <= median, values > median):
-        probability = (
-            effects.exceedance_probability(exceeds[is_in_half])
-            if is_in_half.any()
-            else Estimate(np.nan, np.nan, np.nan)
-        )
-        cells += estimate_cells(probability, "1")
-    return cells
+    return [*_chance_cells(exceeds[values <= median]), *_chance_cells(exceeds[values > median])]
 
 
 # Counts on the page of a run: always of all cases, even if the page shows a sample.
@@ -396,10 +332,8 @@ def limit_counts(study: Study) -> LimitCounts:
     """Return the counts of finished cases that meet the limits of the grid."""
     if study.run.marks():
         total, fails, unjudged = (_summed(study, part) for part in ("limits", "fails", "unjudged"))
-        exceeding_and_unknown = [
-            (fails[str(limit_index)], unjudged[str(limit_index)]) for limit_index in range(len(study.limits))
-        ]
-        return LimitCounts(total["cases"], total["any"], total["unknown"], exceeding_and_unknown)
+        by_limit = [(fails[str(index)], unjudged[str(index)]) for index in range(len(study.limits))]
+        return LimitCounts(total["cases"], total["any"], total["unknown"], by_limit)
     if not study.limits:
         return LimitCounts(len(study.cases), 0, 0, [])
     columns_by_limit = [limit_columns(study, limit) for limit in study.limits]
@@ -411,10 +345,7 @@ def limit_counts(study: Study) -> LimitCounts:
         len(study.cases),
         int(np.any(is_exceeding, axis=0).sum()),
         int(np.any(is_undecided, axis=0).sum()),
-        [
-            (int(cases.sum()), int(exceeding_and_unknown.sum()))
-            for cases, exceeding_and_unknown in zip(is_exceeding, is_undecided, strict=True)
-        ],
+        [(int(cases.sum()), int(undecided.sum())) for cases, undecided in zip(is_exceeding, is_undecided, strict=True)],
     )
 
 

@@ -50,18 +50,8 @@ from .axis import (
 
 # A run prepared for reading: its axes in units for people, its finished and failed cases, its joints.
 
-CASE_SECTIONS = (
-    "laws",
-    "define",
-    "mechanism",
-    "drive",
-    "loads",
-    "life",
-    "joints",
-    "simulate",
-    "save",
-    "vibration",
-)  # sections of run.json that define a case
+#: Sections of run.json that define a case.
+CASE_SECTIONS = ("laws", "define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save", "vibration")
 MAX_NAMED_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
@@ -345,19 +335,21 @@ def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:
     return cases[joint.column("force_p99")] / np.where(ideal > 0.0, ideal, np.nan)
 
 
-def _wear_per_1000_hours(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:
-    return 3.6e6 * cases[joint.column("wear_rate_max")]
-
-
-def _wear_per_million_strokes(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:
-    return 1e6 * cases[joint.column("wear_depth_max")] / recorded_revolutions(cases, base)[1]
-
-
 #: Of the figures that are computed here: name, unit, the column that they need, the function that computes them.
 _DERIVED_FIGURES = (
     (P99_OVER_IDEAL, "1", "force_peak_ideal", _p99_over_ideal),
-    (WEAR_PER_1000_HOURS, "m", "wear_rate_max", _wear_per_1000_hours),
-    (WEAR_PER_MILLION_STROKES, "m", "wear_rate_max", _wear_per_million_strokes),
+    (
+        WEAR_PER_1000_HOURS,
+        "m",
+        "wear_rate_max",
+        lambda joint, cases, base: 3.6e6 * cases[joint.column("wear_rate_max")],
+    ),
+    (
+        WEAR_PER_MILLION_STROKES,
+        "m",
+        "wear_rate_max",
+        lambda joint, cases, base: 1e6 * cases[joint.column("wear_depth_max")] / recorded_revolutions(cases, base)[1],
+    ),
 )
 
 
@@ -471,12 +463,10 @@ def words_of(study: Study) -> Words:
 
 def finished_cases(study: Study) -> FinishedCases:
     """Return the finished cases of a study as the room of answers reads them."""
-
-    def values(name: str) -> np.ndarray:
-        column: np.ndarray = study.cases.index if name == "case_id" else study.cases[name]
-        return column
-
-    return FinishedCases(study.run.grid, study.run.layout, tuple(axis.path for axis in study.swept()), values)
+    paths, cases = tuple(axis.path for axis in study.swept()), study.cases
+    return FinishedCases(
+        study.run.grid, study.run.layout, paths, lambda name: cases.index if name == "case_id" else cases[name]
+    )
 
 
 # The worst case of a run with respect to its grid's question, as in the last lines of the run.

@@ -69,7 +69,7 @@ class Table(NamedTuple):
     key: str  # name of the CSV file
     title: str
     note: str
-    columns: tuple[Column, ...]
+    columns: Sequence[Column]
     rows: Sequence[tuple]
     is_file: bool = True  # whether it is written as a file; not if another table has all its rows
 
@@ -139,6 +139,15 @@ def escape_markdown(text: str) -> str:
 def count_cell(count: int) -> Quantity:
     """Return the cell of a count."""
     return Quantity(count, str(count))
+
+
+def columns_of(head: str) -> list[Column]:
+    """Return the columns of a head such as 'joint | peak [N] | law*', in which a star marks those only in the CSV."""
+    columns = []
+    for cell in head.split(" | "):
+        name, _, unit = cell.removesuffix("*").removesuffix("]").partition(" [")
+        columns.append(Column(name, unit or "1", file_only=cell.endswith("*")))
+    return columns
 
 
 def _file_heads(column: Column) -> list[str]:
@@ -234,6 +243,7 @@ class CaseRows(Sequence):
     def __init__(self, cases: Rows, columns: list[str], sort_column: str = "", *, smallest: bool = False):
         """Take the cases, the columns after case_id, and the column and direction of the order."""
         self.cases, self.columns, self.sort_column, self.smallest = cases, columns, sort_column, smallest
+        self.texts: dict[int, dict[str, str]] = {}  # number of a column -> case_id -> text in place of the value
 
     def __len__(self) -> int:
         return len(self.cases)
@@ -251,19 +261,24 @@ class CaseRows(Sequence):
     def __getitem__(self, selection: int | slice) -> tuple | list[tuple]:
         if isinstance(selection, int):
             return self[selection : selection + 1 or None][0]
-        row_numbers = self._order()[
-            selection
-        ].copy()  # a view would keep the indices of all cases while columns are read
+        row_numbers = self._order()[selection].copy()  # a view would keep all indices while columns are read
         values = [self.cases.index[row_numbers].tolist()]
         values += [self.cases[column][row_numbers].tolist() for column in self.columns]
-        return list(zip(*values, strict=True))
+        return list(map(self._with_texts, zip(*values, strict=True)))
 
     def __iter__(self) -> Iterator[tuple]:
         order = self._order()
         columns = [self.cases.index, *(self.cases[column] for column in self.columns)]
         for start in range(0, len(self), CHUNK_ROWS):
             row_numbers = order[start : start + CHUNK_ROWS]
-            yield from zip(*(column[row_numbers].tolist() for column in columns), strict=True)
+            yield from map(self._with_texts, zip(*(column[row_numbers].tolist() for column in columns), strict=True))
+
+    def _with_texts(self, row: tuple) -> tuple:
+        """Return a row with its texts in place of values; its first cell is the case_id."""
+        for column, text_of_case in self.texts.items():
+            if text := text_of_case.get(row[0]):
+                row = (*row[:column], Quantity(row[column], text), *row[column + 1 :])
+        return row
 
 
 def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:

@@ -204,7 +204,14 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     pictures = case_pictures(study, case_id, result)
     with phases.phase("drawing"):
         if out.suffix.lower() == ".html":
-            return write_page(_page(study, case_id, result, pictures), out)
+            figures = [(name, wording.quantity_text(value, study.unit(name))) for name, value in result.summary.items()]
+            shown: dict[str, Any] = {
+                "title": _title(study, case_id),
+                "setting": study.setting(case_id),
+                "pictures": pictures,
+            }
+            shown |= {"status": result.status, "message": result.message, "rows": figures}
+            return write_page(render("case.html.j2", **shown), out)
         svg = panels_svg(
             [picture._replace(size=PANEL_SIZE) for picture in pictures],
             f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(),
@@ -238,18 +245,6 @@ def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Pictur
 
 def _title(study: Study, case_id: str) -> str:
     return f"{study.run.grid.get('name') or 'case'}, case {wording.short_id(case_id)}"
-
-
-def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture]) -> str:
-    return render(
-        "case.html.j2",
-        title=_title(study, case_id),
-        setting=study.setting(case_id),
-        status=result.status,
-        message=result.message,
-        pictures=pictures,
-        rows=[(name, wording.quantity_text(value, study.unit(name))) for name, value in result.summary.items()],
-    )
 
 
 def draw_grid(source: Path, out: Path) -> Path:

@@ -12,7 +12,7 @@ from ...language.errors import InputError
 from ...store import StoredRun, grid_changes
 from ..axis import leaves, value_at
 from ..blocks.section import Block, Facts, Gallery, Picture, Points, Section, capitalise, without_empty
-from ..blocks.table import Column, Quantity, Table, axis_columns, column_label
+from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, columns_of
 from ..draw import GREY, comparison
 from ..plot import Axes
 from ..sections.setup import value_text
@@ -34,11 +34,7 @@ class Pairs(NamedTuple):
 
 def comparison_page(first: StoredRun, second: StoredRun) -> Page:
     """Return the page that compares two runs.  Raises InputError if they have no common case."""
-    return page_of(pair_cases(prepare(first), prepare(second)))
-
-
-def page_of(pairs: Pairs) -> Page:
-    """Return the page of two runs that share cases."""
+    pairs = pair_cases(prepare(first), prepare(second))
     runs = [pairs.first.run, pairs.second.run]
     return Page(
         name=" and ".join(dict.fromkeys(str(run.grid.get("name") or "a run") for run in runs)),
@@ -206,16 +202,9 @@ def _figure_table(pairs: Pairs) -> Table:
         if finite_ratios.size and np.any(ratios != 1.0):
             differing_fraction = float(np.mean(ratios != 1.0))
             differing_share = Quantity(differing_fraction, wording.percent_text(differing_fraction))
-            rows.append(
-                (
-                    column,
-                    column_label(pairs.first, column),
-                    *np.quantile(finite_ratios, [0.5, 0.05, 0.95]),
-                    differing_share,
-                )
-            )
-    heads = ("figure", "B over A, median", "5 %", "95 %", "cases that differ")
-    columns = (Column("column", file_only=True), *map(Column, heads))
+            quantiles, label = np.quantile(finite_ratios, [0.5, 0.05, 0.95]), column_label(pairs.first, column)
+            rows.append((column, label, *quantiles, differing_share))
+    columns = columns_of("column* | figure | B over A, median | 5 % | 95 % | cases that differ")
     return Table("compared_figures", "Figures of B over those of A", "", columns, rows)
 
 

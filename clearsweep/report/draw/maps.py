@@ -112,11 +112,8 @@ def _cell_text(value: float, *, is_unsafe: bool) -> str:
 
 # A map of limits: passing and failing cells in two colours, with a line between them.
 
-PASS_COLOUR, FAIL_COLOUR, UNKNOWN_COLOUR = (
-    "#9fd0e8",
-    "#f2b28c",
-    "#e8ebee",
-)  # pale blue and orange: distinguished by any eye, and in grey
+#: Pale blue and orange: distinguished by any eye, and in grey.
+PASS_COLOUR, FAIL_COLOUR, UNKNOWN_COLOUR = "#9fd0e8", "#f2b28c", "#e8ebee"
 PARTLY_COLOUR = "#dcecf5"  # passes, but its design fails elsewhere
 UNDECIDED_COLOUR = "#f5efc4"  # passes at the mean clearance of a fit whose tolerance is not covered; pale yellow
 FAILS_ELSEWHERE, TOLERANCE_OPEN = 1.0, 2.0  # reservations of a cell that passes

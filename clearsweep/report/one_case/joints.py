@@ -116,12 +116,10 @@ def draw_around(ax: Axes, depth: np.ndarray, body: int, scale: Scale, max_depth:
 
 def draw_over_angle(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
     """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
-    for depth, (name, colour, dash) in zip(
-        (deepest_per_sector(depth, MAX_SECTORS) for depth in depths), BODY_STYLES, strict=True
-    ):
-        ax.plot(
-            np.degrees(_angles(depth)), depth / scale.factor, color=colour, linestyle=dash, linewidth=1.2, label=name
-        )
+    for depth, (name, colour, dash) in zip(depths, BODY_STYLES, strict=True):
+        deepest = deepest_per_sector(depth, MAX_SECTORS)
+        x, y = np.degrees(_angles(deepest)), deepest / scale.factor
+        ax.plot(x, y, color=colour, linestyle=dash, linewidth=1.2, label=name)
     ax.xaxis.tick_rule = multiples_of(90)
     ax.set_xlim(0.0, 360.0)
     ax.set_labels("angle on the body [°]", f"depth [{scale.unit}]")
@@ -238,12 +236,10 @@ def selectable_cases(study: Study, joint: Joint) -> Interactive | None:
     Return None if there are no others.
     """
     column = ranking_column(study, joint)
-    case_indices = study.cases.ordered(column)[
-        : min(int((study.cases[column] > 0.0).sum()), MAX_CASES // len(study.joints))
-    ]
-    if len(case_indices) < 2:
+    most = min(int((study.cases[column] > 0.0).sum()), MAX_CASES // len(study.joints))
+    case_indices = study.cases.ordered(column)[1:most]
+    if not len(case_indices):
         return None
-    case_indices = case_indices[1:]
     label = f"Wear depth around the bodies of joint {joint.title} in a chosen case"
     cases = [_script_data(study, joint, case_id) for case_id in study.cases.index[case_indices]]
     data = {"title": f"Joint {joint.title}, another case: ", "bodies": body_names(study, joint), "cases": cases}

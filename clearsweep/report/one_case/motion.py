@@ -46,10 +46,8 @@ FULL_TURN = 2.0 * np.pi
 SPEED = "crank speed"
 SAME_ANGLE = 1e-9  # rad, largest change of the difference of two angles that are those of one body
 ORBIT_CHANNELS = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
-REFERENCE_FORCES = (
-    ("force_p99", "p99"),
-    ("force_peak_ideal", "ideal peak"),
-)  # levels in the picture of a joint's force
+#: Levels in the picture of a joint's force.
+REFERENCE_FORCES = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))
 
 
 class History(NamedTuple):
@@ -93,17 +91,11 @@ def saved_channels(run: StoredRun, case_id: str) -> Mapping | None:
     return channels if max(map(len, channels.values()), default=0) > 1 else None
 
 
-def drive_angle(study: Study, case_id: str, channels: Mapping) -> np.ndarray | None:
-    """Return the angle (rad) of the drive at every sample of a case, or None without rotation."""
-    if "crank_angle" in channels:
-        return np.asarray(channels["crank_angle"], float)
-    speed = study.value(case_id, "drive.speed")
-    return None if speed is None else float(speed) * np.asarray(channels[TIME], float)
-
-
 def history_of(study: Study, case_id: str, channels: Mapping) -> History:
     """Return the History of a case from its channels."""
-    time, angle = np.asarray(channels[TIME], float), drive_angle(study, case_id, channels)
+    time, speed = np.asarray(channels[TIME], float), study.value(case_id, "drive.speed")
+    angle = None if speed is None or "crank_angle" in channels else float(speed) * time
+    angle = np.asarray(channels["crank_angle"], float) if "crank_angle" in channels else angle
     first_angle = 0.0 if angle is None else FULL_TURN * np.floor(angle[0] / FULL_TURN + 1e-9)
     return History(channels, time, None if angle is None else angle - first_angle, first_angle, study.is_over_time)
 
@@ -222,9 +214,7 @@ def _output_pictures(study: Study, case_id: str, history: History) -> list[Pictu
     output_pictures = []
     if acceleration_channel:
         acceleration, ideal_values = history.values(acceleration_channel.name), ideal.acceleration if ideal else None
-        largest, *ideal_text = largest_texts(
-            [acceleration, *([] if ideal_values is None else [ideal_values])], acceleration_channel.unit
-        )
+        largest, *ideal_text = largest_texts([acceleration, ideal_values], acceleration_channel.unit)
         alt = f"{capitalise(output)} acceleration, at most {largest}"
         alt += f"; the ideal mechanism reaches {ideal_text[0]}." if ideal_text else "."
         paint = history.painter(acceleration, acceleration_channel.unit, f"{output} acceleration", ideal_values)
@@ -454,10 +444,8 @@ def _ideal_motion(study: Study, case_id: str, history: History) -> simulation.Id
 
 def _mechanism_channels(study: Study, history: History) -> list[Column]:
     """Return the channels of the mechanism, without those of its joints and the time."""
-    channels = [
-        channel for channel in study.run.layout.channels if channel.name in history.channels and channel.name != TIME
-    ]
-    return [channel for channel in channels if not channel.name.startswith("joints/")]
+    channels = [channel for channel in study.run.layout.channels if channel.name in history.channels]
+    return [channel for channel in channels if channel.name != TIME and not channel.name.startswith("joints/")]
 
 
 def _body_channels(study: Study, history: History, body: str) -> list[Column]:
@@ -480,9 +468,10 @@ def _largest_text(values: np.ndarray, unit: str) -> str:
     return largest_texts([values], unit)[0]
 
 
-def largest_texts(histories: Iterable[np.ndarray], unit: str) -> list[str]:
-    """Return the largest magnitudes of compared histories, all in one unit."""
-    return wording.texts_in_common_unit((float(np.abs(values).max()) for values in histories), unit)
+def largest_texts(histories: Iterable[np.ndarray | None], unit: str) -> list[str]:
+    """Return the largest magnitudes of compared histories that are known, all in one unit."""
+    known = (values for values in histories if values is not None)
+    return wording.texts_in_common_unit((float(np.abs(values).max()) for values in known), unit)
 
 
 # A journal in its bearing in space, from the saved channels of a case.

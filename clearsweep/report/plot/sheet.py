@@ -94,18 +94,17 @@ def points_svg(x: np.ndarray, y: np.ndarray, marker_style: MarkerStyle) -> str:
             f'<circle cx="{a:g}" cy="{b:g}" r="{half_size:g}" style="{circle_style}"/>' for a, b in positions
         )
     style = f"fill: none; stroke: {marker_style.colour}{opacity}"
-    if marker_style.shape == "s":
-        return _squares_svg(positions, marker_style)
+    if marker_style.shape in "sD":
+        across = marker_style.size
+        outline = f"h{across:g}v{across:g}h{-across:g}"
+        if marker_style.shape == "D":
+            outline = f"l{half_size:g} {half_size:g}l{-half_size:g} {half_size:g}l{-half_size:g} {-half_size:g}"
+        left = half_size if marker_style.shape == "s" else 0.0
+        path = "".join(f"M{a - left:g} {b - half_size:g}{outline}Z" for a, b in positions)
+        return f'<path d="{path}" style="fill: {marker_style.colour}{opacity.replace("stroke", "fill")}"/>'
     if marker_style.shape in "o.":
         path = "".join(f"M{a:g} {b:g}h0" for a, b in positions)
         return f'<path d="{path}" style="{style}; stroke-width: {marker_style.size:g}; stroke-linecap: round"/>'
-    if marker_style.shape == "D":
-        path = "".join(
-            f"M{a:g} {b - half_size:g}l{half_size:g} {half_size:g}l{-half_size:g} {half_size:g}l{-half_size:g} "
-            f"{-half_size:g}Z"
-            for a, b in positions
-        )
-        return f'<path d="{path}" style="fill: {marker_style.colour}{opacity.replace("stroke", "fill")}"/>'
     directions = {"|": [(0, 1)], "_": [(1, 0)], "+": [(0, 1), (1, 0)], "x": [(1, 1), (1, -1)], "X": [(1, 1), (1, -1)]}
     path = "".join(
         f"M{a - u * half_size:g} {b - v * half_size:g}l{2 * u * half_size:g} {2 * v * half_size:g}"
@@ -114,13 +113,6 @@ def points_svg(x: np.ndarray, y: np.ndarray, marker_style: MarkerStyle) -> str:
     )
     stroke_width = max(0.35 * marker_style.size, 1.0) if marker_style.shape == "X" else marker_style.edge_width
     return f'<path d="{path}" style="{style}; stroke-width: {stroke_width:g}"/>'
-
-
-def _squares_svg(positions: list[tuple[float, float]], marker_style: MarkerStyle) -> str:
-    side = marker_style.size
-    path = "".join(f"M{a - 0.5 * side:g} {b - 0.5 * side:g}h{side:g}v{side:g}h{-side:g}Z" for a, b in positions)
-    opacity = f"; fill-opacity: {marker_style.alpha:g}" if marker_style.alpha < 1.0 else ""
-    return f'<path d="{path}" style="fill: {marker_style.colour}{opacity}"/>'
 
 
 def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
@@ -169,16 +161,10 @@ def _ellipse_svg(item: Item, ax: Axes, box: Box) -> str:
 
 def _text_svg(x: float, y: float, text_style: TextStyle) -> str:
     weight = f"font-weight: {text_style.weight}; " if text_style.weight != "normal" else ""
-    style = f"{weight}fill: {text_style.colour}"
-    return _halo(x, y, text_style) + text_svg(
-        text_style.text,
-        x,
-        y,
-        text_style.size,
-        _ANCHORS[text_style.ha],
-        style=style,
-        is_centred=text_style.va == "center",
-    )
+    style, is_centred = f"{weight}fill: {text_style.colour}", text_style.va == "center"
+    anchor, size = _ANCHORS[text_style.ha], text_style.size
+    text = text_svg(text_style.text, x, y, size, anchor, style=style, is_centred=is_centred)
+    return _halo(x, y, text_style) + text
 
 
 def _halo(x: float, y: float, text_style: TextStyle) -> str:
@@ -426,12 +412,8 @@ class Sheet:
             texts.append(text_svg(name, box.left - side.tick_length - GAP, y, side.font_size, "end", is_centred=True))
         label_baseline = self.height - PAD - 0.22 * LABEL_SIZE
         if ax.equal_aspect:
-            label_baseline = (
-                bottom
-                + _tick_height(ax.xaxis, [name for _, name in ticks["x"]])
-                + label_space(ax.xaxis)
-                - 0.22 * LABEL_SIZE
-            )
+            space_below = _tick_height(ax.xaxis, [name for _, name in ticks["x"]]) + label_space(ax.xaxis)
+            label_baseline = bottom + space_below - 0.22 * LABEL_SIZE
         texts.append(text_svg(ax.xaxis.label, box.left + 0.5 * box.width, label_baseline, LABEL_SIZE, "middle"))
         baseline = box.left - _tick_width(ax.yaxis, box.height) - 0.5 * LABEL_SIZE
         texts.append(self._vertical_label(ax.yaxis.label, baseline, box))
@@ -520,12 +502,8 @@ class PolarSheet(Sheet):
         space_above = PAD + LABEL_GAP + 1.2 * side.font_size
         space_below = PAD + LABEL_GAP + 1.2 * side.font_size + label_space(side)
         diameter = min(self.width - 2.0 * margin, self.height - space_above - space_below)
-        return Box(
-            0.5 * (self.width - diameter),
-            space_above + 0.5 * (self.height - space_above - space_below - diameter),
-            diameter,
-            diameter,
-        )
+        top = space_above + 0.5 * (self.height - space_above - space_below - diameter)
+        return Box(0.5 * (self.width - diameter), top, diameter, diameter)
 
     def _grid_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
         stroke, max_radius = self.axes.grid_stroke, self.axes.yaxis.limits()[1]

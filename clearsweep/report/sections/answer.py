@@ -22,7 +22,7 @@ from ...language.wording import TIMES
 from .. import samples
 from ..axis import PEAK, Axis
 from ..blocks.section import Block, Cards, Gallery, Picture, Points, Section, Sentences, section
-from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, count_cell
+from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, columns_of, count_cell
 from ..draw.maps import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
 from ..effects import main_effects_of
 from ..samples import failures_by_status, finished_and_failed, limit_columns, remark_counts
@@ -137,16 +137,9 @@ def _driver_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
     for figure in deciding_figures(answer)[:1]:
         for effect in answer["effects"]:
             if effect["figure"] == figure and effect["verdict"] in (RISES, FALLS, DIFFERS):
-                text = effect_text(answer, words, effect, subject=True)
-                return [
-                    (
-                        f"{words.figure(figure).capitalize()} depends on",
-                        wording.sentence_list(
-                            [words.axis_name(path) for path in (effect["path"], *effect.get("with", ()))]
-                        ),
-                        text,
-                    )
-                ]
+                name = f"{words.figure(figure).capitalize()} depends on"
+                axis_names = [words.axis_name(path) for path in (effect["path"], *effect.get("with", ()))]
+                return [(name, wording.sentence_list(axis_names), effect_text(answer, words, effect, subject=True))]
     return []
 
 
@@ -178,16 +171,8 @@ def folded_verdict_sections(study: Study) -> list[Section]:
 
 def limit_table(study: Study) -> Table:
     """Return, for each limit, the number of cases that exceed it, and the case with the smallest margin."""
-    columns = (
-        Column("column", file_only=True),
-        Column("limit"),
-        Column("cases that exceed it"),
-        Column("undecided"),
-        Column("of"),
-        Column("smallest margin"),
-        *axis_columns(study, study.swept()),
-        Column("case_id"),
-    )
+    columns = columns_of("column* | limit | cases that exceed it | undecided | of | smallest margin")
+    columns += [*axis_columns(study, study.swept()), Column("case_id")]
     rows = []
     limit_counts = samples.limit_counts(study)
     for limit, (failing, unknown) in zip(study.limits, limit_counts.by_limit, strict=True):
@@ -199,16 +184,8 @@ def limit_table(study: Study) -> Table:
         worst = float(margins[row])
         margin = Quantity(worst, case_margin_text(worst, [limit], limit.column if fails[row] else ""))
         of_cases = (count_cell(failing), count_cell(unknown), count_cell(limit_counts.cases))
-        rows.append(
-            (
-                limit.column,
-                limit_label(study.run.layout, limit, study.unit(limit.column)),
-                *of_cases,
-                margin,
-                *values,
-                case_id,
-            )
-        )
+        label = limit_label(study.run.layout, limit, study.unit(limit.column))
+        rows.append((limit.column, label, *of_cases, margin, *values, case_id))
     note = (
         "The margin is the distance within the limit over its size. A limit is undecided where its figure is null; a "
         "bound of 0 has no margin."
@@ -394,10 +371,8 @@ def law_range_remarks(study: Study) -> list[str]:
     """Return remarks on cases outside the range of their laws, in the words of the last lines of the run."""
     joints = [joint.name for joint in study.joints]
     remarks = validity.Remarks(joints)
-    cases = {"case_id": study.cases.index}
-    cases |= {
-        name: study.cases[name] for name in validity.required_columns(joints, study.cases.columns) if name != "case_id"
-    }
+    names = {*validity.required_columns(joints, study.cases.columns)} - {"case_id"}
+    cases = {"case_id": study.cases.index} | {name: study.cases[name] for name in names}
     for start in range(0, len(study.cases), CHUNK_ROWS):
         remarks.add({name: values[start : start + CHUNK_ROWS] for name, values in cases.items()})
     if counted := remark_counts(study):
@@ -429,19 +404,12 @@ def _extremes_by_speed_table(study: Study) -> Table:
             )
     case_indices = [case_index for *_, case_index in extremes]
     cell_columns = [study.cases.index[case_indices], *(study.cases[axis.path][case_indices] for axis in others)]
-    for column, _ in figures:
-        cell_columns.append(
-            study.cases[column][case_indices] if column in study.cases else np.full(len(case_indices), np.nan)
-        )
+    unknown = np.full(len(case_indices), np.nan)
+    cell_columns += [study.cases[name][case_indices] if name in study.cases else unknown for name, _ in figures]
     extreme_cells = zip(extremes, zip(*cell_columns, strict=True), strict=True)
     rows = [(value, load, *values, case_id) for (value, load, _), (case_id, *values) in extreme_cells]
-    columns = (
-        *axis_columns(study, [speed]),
-        Column("load"),
-        *axis_columns(study, others),
-        *(Column(heading, study.unit(column)) for column, heading in figures),
-        Column("case_id"),
-    )
+    columns = [*axis_columns(study, [speed]), Column("load"), *axis_columns(study, others)]
+    columns += [*(Column(heading, study.unit(column)) for column, heading in figures), Column("case_id")]
     title = "Least and most loaded design at each crank speed"
     joint_text = study.joint_text(joint, " in joint {}")
     note = f"Ranked by the largest normal force{joint_text}. p99 is exceeded during 1 % of the time."
@@ -510,12 +478,7 @@ def failure_sections(study: Study) -> list[Section]:
 
 def _failure_table(study: Study) -> Table:
     labels = study.label_columns
-    columns = (
-        Column("case_id"),
-        *map(Column, labels),
-        *axis_columns(study, study.swept()),
-        Column("status"),
-        Column("reason"),
-    )
+    columns = [Column("case_id"), *map(Column, labels), *axis_columns(study, study.swept())]
+    columns += columns_of("status | reason")
     shown_columns = [*labels, *(axis.path for axis in study.swept()), "status", "message"]
     return Table("failed", "Failed cases", "", columns, CaseRows(study.failed, shown_columns))

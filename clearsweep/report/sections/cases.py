@@ -32,9 +32,8 @@ from ..study import P99_OVER_IDEAL, Joint, Study, case_ranking_of, joint_of, res
 
 # Data of the player of a page, which shows one case in motion.
 
-RELATIVE_ROUNDING = (
-    1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
-)
+#: Of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding.
+RELATIVE_ROUNDING = 1e-12
 MAX_SAMPLES = 3000  # samples: longer histories are cut to those around the largest force
 DRAWN_DEFLECTION = 0.06  # of the length of a link: its largest deflection as drawn
 DRAWN_HOUSING = 0.04  # of the size of a mechanism: the largest motion of a housing as drawn
@@ -143,27 +142,15 @@ def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
         if body.elastic_ends is not None and name in bending_links(channels):
             deflection = np.asarray(channels[f"{name}/deflection"], float)
             # How a link that bends is drawn: its ends from the centre of mass, deflection, and factor on that
-            assert body.elastic_ends is not None  # only elastic links
-            length, largest = float(np.hypot(*np.diff(body.elastic_ends, axis=0)[0])), float(np.abs(deflection).max())
-            magnified = _magnification(DRAWN_DEFLECTION * length, largest)
-            ends = (body.elastic_ends - body.center).tolist()
-            bend_of = {"name": body.name, "ends": ends, "deflection": deflection, "magnified": magnified}
-            bend, chord = bend_of, np.diff(body.elastic_ends, axis=0)[0]
+            chord, ends = np.diff(body.elastic_ends, axis=0)[0], (body.elastic_ends - body.center).tolist()
+            magnified = _magnification(DRAWN_DEFLECTION * float(np.hypot(*chord)), float(np.abs(deflection).max()))
+            bend = {"name": body.name, "ends": ends, "deflection": deflection, "magnified": magnified}
             direction = np.arctan2(chord[1], chord[0]) + angle - body.angle
             mean = 2.0 / np.pi * deflection  # of the first mode: the centre of mass without it is on the chord
             x, y = x + mean * np.sin(direction), y - mean * np.cos(direction)
-        bodies.append(
-            {
-                "bend": bend,
-                "began": body.angle,
-                "center": body.center,
-                "points": (body.points - body.center).tolist(),
-                "walls": walls,
-                "x": x,
-                "y": y,
-                "angle": angle,
-            }
-        )
+        points = (body.points - body.center).tolist()
+        fixed = {"bend": bend, "began": body.angle, "center": body.center, "points": points, "walls": walls}
+        bodies.append(fixed | {"x": x, "y": y, "angle": angle})
     return bodies
 
 
@@ -245,24 +232,14 @@ def _charts(study: Study, case_id: str, history: History, samples: slice) -> lis
     charts = []
     for curve in joint_histories(study, case_id, history):
         scale = wording.scale(curve.unit, curve.actual[samples], speed=curve.name == SPEED)
-        lines = [("with clearance", _zero_rounding_errors(curve.actual), "accent", False)]
+        curves = [("with clearance", _zero_rounding_errors(curve.actual), "accent", False)]
         if curve.ideal is not None:
-            lines.append(("ideal", _zero_rounding_errors(curve.ideal), "mark", True))
-        charts.append(
-            {
-                "name": curve.name,
-                "unit": scale.unit,
-                "lines": [
-                    {
-                        "name": name,
-                        "values": encode_floats(values[samples] / scale.factor),
-                        "colour": colour,
-                        "dashed": dashed,
-                    }
-                    for name, values, colour, dashed in lines
-                ],
-            }
-        )
+            curves.append(("ideal", _zero_rounding_errors(curve.ideal), "mark", True))
+        lines = [
+            {"name": name, "values": encode_floats(values[samples] / scale.factor), "colour": colour, "dashed": dashed}
+            for name, values, colour, dashed in curves
+        ]
+        charts.append({"name": curve.name, "unit": scale.unit, "lines": lines})
     return charts
 
 
@@ -288,11 +265,8 @@ def case_sections(study: Study) -> list[Section]:
     worst = worst_case(study)
     worst_ids = [worst[0]] if worst else []
     title = case_ranking_of(study).title
-    label = (
-        (f"Worst case: {title[:1].lower()}{title[1:]}" if title else "Worst case")
-        if len(study.cases) > 1
-        else "The case"
-    )
+    worst_label = f"Worst case: {title[:1].lower()}{title[1:]}" if title else "Worst case"
+    label = worst_label if len(study.cases) > 1 else "The case"
     shown_id = next(iter([*worst_ids, *_representative_case_ids(study)]), None)
     blocks: list[Block] = []
     if shown_id is not None:
@@ -336,28 +310,16 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
     details = []
     for case_id in case_ids:
         channels = saved_channels(study.run, case_id)
-        if channels is not None:
-            case_pictures = motion_pictures(study, case_id, channels) + onset_pictures(
-                study, case_id, study.run.event_columns(case_id), channels
-            )
-            animation = player_data(study, case_id, channels)
-            player_pictures = tuple(picture for picture in case_pictures if picture.shown_in_player and animation)
-            static_pictures = [picture for picture in case_pictures if not (picture.shown_in_player and animation)]
-            setting, figures = study.setting(case_id), _summary_values(study, case_id)
-            label = labels.get(case_id, default_label)
-            note = peak_note(study, case_id, channels)
-            details.append(
-                Detail(
-                    label,
-                    case_id,
-                    setting,
-                    figures,
-                    static_pictures,
-                    animation,
-                    player_pictures=player_pictures,
-                    note=note,
-                )
-            )
+        if channels is None:
+            continue
+        pictures = motion_pictures(study, case_id, channels)
+        pictures += onset_pictures(study, case_id, study.run.event_columns(case_id), channels)
+        animation = player_data(study, case_id, channels)
+        of_player = tuple(picture for picture in pictures if picture.shown_in_player and animation)
+        still = [picture for picture in pictures if not (picture.shown_in_player and animation)]
+        label, figures = labels.get(case_id, default_label), _summary_values(study, case_id)
+        detail = Detail(label, case_id, study.setting(case_id), figures, still, animation, player_pictures=of_player)
+        details.append(detail._replace(note=peak_note(study, case_id, channels)))
     return details
 
 
@@ -419,10 +381,8 @@ def _sections(study: Study, title: str) -> list[Section]:
         blocks.append(
             Note(f"{len(case_indices)} of {len(study.cases)} cases: the worst ones, and others chosen at random.")
         )
-    columns = [
-        *(_axis_column(study, axis, case_indices) for axis in study.swept()),
-        *_figure_columns(study, case_indices),
-    ]
+    columns = [_axis_column(study, axis, case_indices) for axis in study.swept()]
+    columns += _figure_columns(study, case_indices)
     data = {"ids": "".join(study.cases.index[case_indices]), "show": "clearsweep show DIR CASE", "columns": columns}
     if _objectives(study):
         data |= _marks_data(study, case_indices, columns)

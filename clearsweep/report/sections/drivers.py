@@ -13,7 +13,7 @@ from ...language import wording
 from ...language.wording import Scale
 from ..axis import PEAK, Axis
 from ..blocks.section import Gallery, Picture, Points, Section, capitalise, section
-from ..blocks.table import Column, Quantity, Table, columns_in_table, count_cell
+from ..blocks.table import Quantity, Table, columns_in_table, columns_of, count_cell
 from ..draw import BLUE, JOINT_COLOURS, RED, comparison
 from ..draw.comparison import Curve
 from ..effects import (
@@ -103,8 +103,7 @@ def _count_strong(effects: Sequence[MainEffect]) -> int:
 
 def ideal_varies(study: Study, joint: Joint) -> bool:
     """Return whether the ideal reaction of a joint varies; if not, force over ideal reaction shows nothing new."""
-    column = joint.column("force_peak_ideal")
-    return study.cases.varies(column)
+    return study.cases.varies(joint.column("force_peak_ideal"))
 
 
 def _note(study: Study) -> str:
@@ -133,9 +132,12 @@ def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> 
             for curve in _curves(study, joint, joint_index, (figure, figure_name), band=figure_index == 0):
                 curves[curve.effect.axis.path].append(curve)
     edges = [edge for axis_curves in curves.values() for curve in axis_curves for edge in _band_edges(curve)]
-    return [
-        _effect_picture(study, axis_curves, name, _value_range(edges)) for axis_curves in curves.values() if axis_curves
-    ]
+    pictures, first_joint = [], study.joint_text(study.leading_joints[0], ", joint {}")
+    for axis_curves in filter(None, curves.values()):
+        is_lead = axis_curves[0].effect.column.endswith(f"_{study.lead.figure}")
+        first_name = (study.lead.name if is_lead else "p99 / ideal") + first_joint
+        pictures.append(_picture_over_axis(study, axis_curves, (name, first_name), _value_range(edges)))
+    return pictures
 
 
 def _curves(study: Study, joint: Joint, joint_index: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
@@ -165,13 +167,6 @@ def _value_range(edges: list[np.ndarray]) -> tuple[float, float]:
     return (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
 
 
-def _effect_picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
-    joint = study.leading_joints[0]
-    first_name = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
-    first_name += study.joint_text(joint, ", joint {}")
-    return _picture_over_axis(study, curves, (name, first_name), limits)
-
-
 def _picture_over_axis(
     study: Study, curves: list[Curve], names: tuple[str, str], limits: tuple[float, float]
 ) -> Picture:
@@ -192,36 +187,24 @@ def _picture_over_axis(
 
 def _effect_table(study: Study) -> Table:
     """Return the main effect of every axis on the figures of every joint and of the mechanism."""
-    columns = (
-        Column("figure"),
-        Column("figure unit", file_only=True),
-        Column("axis"),
-        Column("axis unit", file_only=True),
-        Column("smallest median"),
-        Column("found at"),
-        Column("largest median"),
-        Column("reached at"),
-        Column("factor"),
-        Column("share of the variation"),
+    columns = columns_of(
+        "figure | figure unit* | axis | axis unit* | smallest median | found at | largest median | reached at | factor "
+        "| share of the variation"
     )
+    lead = study.lead
+    figures = {joint.column(lead.figure): lead.name + study.joint_text(joint, " ({})") for joint in study.joints}
+    figures |= dict(columns_in_table(study, "effects"))
     rows: list[tuple] = []
-    for column, name in _tabulated_figures(study):
-        effects = [effect for effect in main_effects_of(study, column) if np.isfinite(effect.medians).any()]
-        scale = study.scale(column)
-        rows += [_row(study, name, effect, scale) for effect in effects]
+    for column, name in figures.items():
+        if study.has(column):
+            effects = [effect for effect in main_effects_of(study, column) if np.isfinite(effect.medians).any()]
+            scale = study.scale(column)
+            rows += [_row(study, name, effect, scale) for effect in effects]
     note = (
         "Median over cases that are compared with cases equal in every other value. Share of the variation: the part "
         "of the figure's variance that the axis explains by itself. Interaction and chaos explain the rest."
     )
     return Table("effects", "Main effects", note, columns, rows)
-
-
-def _tabulated_figures(study: Study) -> list[tuple[str, str]]:
-    """Return the figures whose main effects are tabulated: column, name."""
-    lead = study.lead
-    columns = {joint.column(lead.figure): lead.name + study.joint_text(joint, " ({})") for joint in study.joints}
-    columns |= dict(columns_in_table(study, "effects"))
-    return [(column, name) for column, name in columns.items() if study.has(column)]
 
 
 def _row(study: Study, name: str, effect: MainEffect, scale: Scale) -> tuple:
@@ -275,8 +258,8 @@ class Answer(NamedTuple):
     joint: Joint
     measure: str  # the estimate in words
     estimate: Estimate
-    pair_count: int  # number of pairs or cases
-    counted_noun: str
+    number: int  # of pairs or cases
+    counted: str  # which of both
     verdict: str
 
 
@@ -392,20 +375,20 @@ def _points(study: Study, answers: list[Answer]) -> list[str]:
 
 
 def _trend_table(study: Study, answers: list[Answer]) -> Table:
-    columns = ("wear is", "joint", "answer", "measured", "median", "interval from", "to", "number", "of")
+    columns = columns_of("wear is | joint | answer | measured | median | interval from | to | number | of")
     rows = [
         (
-            answer.title,
-            answer.joint.title,
-            answer.verdict,
-            answer.measure,
-            *answer.estimate,
-            count_cell(answer.pair_count),
-            answer.counted_noun,
+            each.title,
+            each.joint.title,
+            each.verdict,
+            each.measure,
+            *each.estimate,
+            count_cell(each.number),
+            each.counted,
         )
-        for answer in answers
+        for each in answers
     ]
-    return Table("wear_trends", "Trends of wear in this run", NOTE, tuple(map(Column, columns)), rows)
+    return Table("wear_trends", "Trends of wear in this run", NOTE, columns, rows)
 
 
 # All cases at a glance: one figure over another, a point for each case.

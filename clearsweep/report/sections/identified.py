@@ -14,7 +14,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ..axis import Axis
 from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section, without_empty
-from ..blocks.table import Column, Quantity, Table
+from ..blocks.table import Column, Quantity, Table, columns_of
 from ..draw import BLUE, RED, set_plain_axes
 from ..one_case.motion import saved_channels
 from ..plot import BLUES, Axes, ColourScale
@@ -50,9 +50,8 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
     names = {name: name for name in units} | short_names
     signals = read_signals(file, {name: units[channel] for name, channel in names.items()})
     ids = study.cases.index
-    compared_ids = [
-        ids[index] for index in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MAX_CASES)).astype(int))
-    ]
+    indices = np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MAX_CASES)).astype(int))
+    compared_ids = [ids[index] for index in indices]
     orbits = {case_id: orbit for case_id in compared_ids if (orbit := saved_channels(study.run, case_id))}
     if not orbits:
         raise InputError(f"{file}: this run has no time histories to compare with; run it with save: {{orbits: last}}")
@@ -107,29 +106,6 @@ def _compare_with_case(
 BIN_COUNT = 40
 
 
-def draw_density(
-    ax: Axes, values: np.ndarray, weights: np.ndarray, quantiles: tuple[float, float, float], axis: Axis
-) -> None:
-    """Draw a histogram of weighted values; quantiles : of the interval, and the median, on `axis`, SI."""
-    scale = axis.scale
-    ax.hist(scale.from_si(values), BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
-    for quantile, style in zip(quantiles, ("--", "-", "--"), strict=True):
-        ax.axvline(scale.from_si(quantile), color=BLUE, linestyle=style, linewidth=1.0)
-    ax.set_labels(axis.label(), "probability density")
-    ax.yaxis.set_ticks([])
-    set_plain_axes(ax)
-
-
-def draw_joint_density(
-    ax: Axes, values_of_keys: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]
-) -> None:
-    """Draw the weighted values of two keys as a grid of shades."""
-    x_values, y_values = (axis.scale.from_si(values) for values, axis in zip(values_of_keys, axes, strict=True))
-    counts, x_edges, y_edges = np.histogram2d(x_values, y_values, BIN_COUNT // 2, weights=weights)
-    ax.cells(x_edges, y_edges, counts.T, ColourScale(0.0, float(counts.max()), BLUES))
-    ax.set_labels(axes[0].label(), axes[1].label())
-
-
 # Identified parameters: intervals, distributions, and the fit of the best cases.
 
 MAX_PAIRS = 6  # of keys that are drawn
@@ -145,9 +121,7 @@ def identified_sections(study: Study) -> list[Section]:
     paths = [parameter["path"] for parameter in identified["parameters"]]
     joint_count = len({path.split(".")[1] for path in paths if path.startswith("joints.")})
     blocks: list[Block] = [
-        Sentences(
-            [*(f"{_estimate_text(axes[parameter['path']], parameter)}." for parameter in identified["parameters"])]
-        ),
+        Sentences([f"{_estimate_text(axes[parameter['path']], parameter)}." for parameter in identified["parameters"]]),
         Sentences(identification_sentences(identified, joint_count)),
         Gallery(
             "Dashed lines are the ends of the 95 % interval, the solid line is the median.",
@@ -202,10 +176,16 @@ def _posterior_pictures(identified: dict[str, Any], sample: Any, axes: dict[str,
     weights = sample["weight"].to_numpy()
 
     def density_picture(parameter: dict[str, Any]) -> Picture:
-        axis, quantiles = axes[parameter["path"]], (parameter["low"], parameter["value"], parameter["high"])
+        axis = axes[parameter["path"]]
 
         def paint(ax: Axes) -> None:
-            draw_density(ax, sample[axis.path].to_numpy(), weights, quantiles, axis)
+            values = axis.scale.from_si(sample[axis.path].to_numpy())
+            ax.hist(values, BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
+            for name, style in (("low", "--"), ("value", "-"), ("high", "--")):
+                ax.axvline(axis.scale.from_si(parameter[name]), color=BLUE, linestyle=style, linewidth=1.0)
+            ax.set_labels(axis.label(), "probability density")
+            ax.yaxis.set_ticks([])
+            set_plain_axes(ax)
 
         return Picture(f"Probability of {axis.name}", "", f"{_estimate_text(axis, parameter)}.", paint)
 
@@ -218,8 +198,10 @@ def _pair_pictures(identified: dict[str, Any], sample: Any, axes: dict[str, Axis
 
     def pair_picture(x_axis: Axis, y_axis: Axis) -> Picture:
         def paint(ax: Axes) -> None:
-            pair = (sample[x_axis.path].to_numpy(), sample[y_axis.path].to_numpy())
-            draw_joint_density(ax, pair, weights, (x_axis, y_axis))
+            x, y = (axis.scale.from_si(sample[axis.path].to_numpy()) for axis in (x_axis, y_axis))
+            counts, x_edges, y_edges = np.histogram2d(x, y, BIN_COUNT // 2, weights=weights)
+            ax.cells(x_edges, y_edges, counts.T, ColourScale(0.0, float(counts.max()), BLUES))
+            ax.set_labels(x_axis.label(), y_axis.label())
 
         title = f"{x_axis.name} and {y_axis.name}"
         return Picture(title, "", f"Probability of pairs of {title}.", paint)
@@ -235,7 +217,7 @@ def _parameter_table(identified: dict[str, Any], axes: dict[str, Axis]) -> Table
         axis = axes[parameter["path"]]
         cells = [Quantity(parameter[name], axis.scale.text(parameter[name])) for name in ("value", "low", "high")]
         rows.append((axis.name, *cells, parameter["determined"]))
-    columns = (Column("key"), Column("median"), Column("from"), Column("to"), Column("determined"))
+    columns = columns_of("key | median | from | to | determined")
     return Table("identify", "Keys with their 95 % intervals", "", columns, rows)
 
 
@@ -243,11 +225,9 @@ def _fit_table(identified: dict[str, Any]) -> Table:
     """Return a row for each feature."""
     rows = []
     for fit in identified["fits"]:
-        cells = [
-            Quantity(fit[name], wording.quantity_text(fit[name], fit["unit"])) for name in ("measured", "computed")
-        ]
+        cells = [Quantity(fit[key], wording.quantity_text(fit[key], fit["unit"])) for key in ("measured", "computed")]
         rows.append((fit["channel"], fit["feature"], *cells, fit["deviations"]))
-    columns = (Column("signal"), Column("feature"), Column("measured"), Column("computed"), Column("deviations"))
+    columns = columns_of("signal | feature | measured | computed | deviations")
     note = (
         "Computed values are medians of the best cases. Deviations are measured minus computed values, in standard "
         "deviations."
@@ -312,18 +292,15 @@ def _overlay_pictures(comparison: SignalComparison) -> list[Picture]:
 
 def _table(comparison: SignalComparison) -> Table:
     """Return rms, peaks and bands of the spectrum of both."""
-    both_features = [features.features_of(comparison.measured), features.features_of(comparison.computed)]
+    both = [features.features_of(comparison.measured), features.features_of(comparison.computed)]
     rows = [
-        ("rms", *(signal_features.rms for signal_features in both_features)),
-        ("peak per revolution, median", *(signal_features.peak_median for signal_features in both_features)),
-        ("peak per revolution, p95", *(signal_features.peak_p95 for signal_features in both_features)),
+        ("rms", *(each.rms for each in both)),
+        ("peak per revolution, median", *(each.peak_median for each in both)),
+        ("peak per revolution, p95", *(each.peak_p95 for each in both)),
     ]
     for band, (low, high) in enumerate(features.BANDS):
-        if max(signal_features.spectrum[band] for signal_features in both_features) < 1e-9 * both_features[0].rms:
-            continue  # above the common band
-        rows.append(
-            (f"rms, orders {low} to {high}", *(signal_features.spectrum[band] for signal_features in both_features))
-        )
+        if max(each.spectrum[band] for each in both) >= 1e-9 * both[0].rms:  # else above the common band
+            rows.append((f"rms, orders {low} to {high}", *(each.spectrum[band] for each in both)))
     columns = (Column("feature"), Column("measured", comparison.unit), Column("computed", comparison.unit))
     key = f"overlay-{comparison.channel.replace('/', '-')}"
     return Table(key, f"Features of {comparison.channel}", "", columns, rows)

@@ -5,7 +5,6 @@ import math
 import numpy as np
 
 from ... import simulation
-from ...answers.questions import LawResult
 from ...answers.verdict import MARGIN_COLUMN
 from ...answers.words import case_margin_text
 from ...contracts.case import Case
@@ -13,7 +12,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ..axis import PEAK, Axis
 from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, section, without_empty
-from ..blocks.table import Column, Quantity, Table, count_cell
+from ..blocks.table import Column, Quantity, Table, columns_of, count_cell
 from ..draw import comparison
 from ..effects import MatchedCases, axis_key, main_effects_of, match_cases, positive_values
 from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
@@ -21,12 +20,8 @@ from ..study import Joint, Study, answer_of_study, joint_with_laws, resolve_case
 
 # Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values.
 
-LAW_PATHS = (
-    ".contact.law",
-    ".contact.elastic",
-    ".roughness.law",
-    ".friction.law",
-)  # paths within a joint that name a law
+#: Paths within a joint that name a law.
+LAW_PATHS = (".contact.law", ".contact.elastic", ".roughness.law", ".friction.law")
 FIGURES = (("force_peak", "force peak"), ("force_p99", "force p99"), ("force_rms", "force rms"))
 
 MIN_RATIO = 1.05  # median ratio of the peaks under two laws from which the choice matters
@@ -101,7 +96,7 @@ def _force_table(study: Study, matched_cases: MatchedCases, joint: Joint) -> Tab
         "these ratios."
     )
     title = f"Forces in joint {joint.title}, by {axis.name}"
-    return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(columns), rows)
+    return Table(f"{axis_key(axis)}_{joint.name}", title, note, columns, rows)
 
 
 def _ratios(study: Study, matched_cases: MatchedCases, column: str) -> dict[str, float]:
@@ -140,17 +135,9 @@ def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
                 extreme_cells += [Quantity(value, f"{text}, {law}"), law]
             factors = (float(np.median(factor)), float(factor.max()))
             rows.append((name, joint.title, count_cell(len(factor)), *factors, *extreme_cells, setting))
-    columns = (
-        Column("figure"),
-        Column("joint"),
-        Column("comparisons"),
-        Column("factor, median"),
-        Column("factor, largest"),
-        Column("there: from", "N"),
-        Column("law of the smallest", file_only=True),
-        Column("to", "N"),
-        Column("law of the largest", file_only=True),
-        Column("at"),
+    columns = columns_of(
+        "figure | joint | comparisons | factor, median | factor, largest | there: from [N] | law of the smallest* "
+        "| to [N] | law of the largest* | at"
     )
     note = "The factor is the largest over the smallest value among the laws, at otherwise equal values."
     title = f"Spread between the {_plural_name(matched_cases.axis)}"
@@ -215,34 +202,20 @@ def law_check_sections(study: Study) -> list[Section]:
     return section("law_check", "The deciding case under other laws", Points(points), _law_check_table(study))
 
 
-def _base_result(study: Study) -> LawResult | None:
-    """Return the worst case of the grid under the laws of the grid, or None if no law is checked."""
-    worst = worst_case(study)
-    if worst is None:
-        return None
-    case_id, candidate = worst
-    column = candidate.columns[0]
-    return LawResult(case_id, "", "", column, float(study.cases.at(case_id, column)))
-
-
 def _value_text(study: Study, column: str, value: float) -> str:
     if math.isnan(value):
         return wording.DASH
     if column == MARGIN_COLUMN:
         return case_margin_text(value, study.limits, "" if value >= 0.0 else study.limits[0].column)
-    is_hours = column.endswith("_life_hours")
-    return (
-        f"{wording.number_text(value)}{wording.BLANK}h"
-        if is_hours
-        else wording.quantity_text(value, study.unit(column))
-    )
+    if column.endswith("_life_hours"):
+        return f"{wording.number_text(value)}{wording.BLANK}h"
+    return wording.quantity_text(value, study.unit(column))
 
 
 def _law_check_table(study: Study) -> Table:
     """Return the leading figure of the case under each law."""
-    base_result = _base_result(study)
-    columns = (Column("joint"), Column("law"), Column("of"), Column("figure"), Column("value"), Column("case_id"))
-    if base_result is None or not study.law_checks:
+    worst, columns = worst_case(study), columns_of("joint | law | of | figure | value | case_id")
+    if worst is None or not study.law_checks:
         return Table("law_check", "", "", columns, [])
     rows = []
     for row in sorted(study.law_checks, key=lambda row: (math.isnan(row.value), row.value)):
@@ -250,10 +223,10 @@ def _law_check_table(study: Study) -> Table:
         value = Quantity(row.value, _value_text(study, row.column, row.value))
         kind = "elastic" if family == "elastic" else "contact"
         rows.append((joint, row.law, kind, row.column.replace("_", " "), value, row.case_id))
-    note = (
-        f"With the laws of the grid: {_value_text(study, base_result.column, base_result.value)} (case "
-        f"{wording.short_id(base_result.case_id)})."
-    )
+    (case_id, candidate) = worst
+    column = candidate.columns[0]
+    value_text = _value_text(study, column, float(study.cases.at(case_id, column)))
+    note = f"With the laws of the grid: {value_text} (case {wording.short_id(case_id)})."
     return Table("law_check", "Results under each other valid law", note, columns, rows)
 
 
@@ -267,15 +240,12 @@ def elastic_laws_sections(study: Study) -> list[Section]:
     swept = {axis.path for axis in study.swept()}
     law_keys = ("contact.elastic", "roughness.law")
     joints = [joint for joint in study.joints if swept.isdisjoint(f"joints.{joint.title}.{key}" for key in law_keys)]
-    comparisons = {joint: compare_allowed_laws(study, joint) for joint in joints}
     return [
         Section(
-            f"other_elastic_{joint.name}",
-            f"What another elastic law would give in joint {joint.title}",
-            comparison.blocks(),
+            f"other_elastic_{joint.name}", f"What another elastic law would give in joint {joint.title}", part.blocks()
         )
-        for joint, comparison in comparisons.items()
-        if comparison is not None
+        for joint in joints
+        if (part := compare_allowed_laws(study, joint)) is not None
     ]
 
 
@@ -398,13 +368,9 @@ def _bending_sentence(links: Links) -> str:
 
 def _link_table(links: Links) -> Table:
     """Return the table of the links."""
-    headings = ("link", "segments")
-    columns = (
-        *map(Column, headings),
-        Column("axial stiffness", "N/m"),
-        Column("first axial mode", "rad/s"),
-        Column("impedance", "N*s/m"),
-        Column("speed over first bending mode"),
+    columns = columns_of(
+        "link | segments | axial stiffness [N/m] | first axial mode [rad/s] | impedance [N*s/m] "
+        "| speed over first bending mode"
     )
     rows = [
         (link.name, str(link.segments), link.stiffness, link.first_mode, link.impedance, link.bending) for link in links
@@ -444,14 +410,7 @@ def bending_links_sections(study: Study) -> list[Section]:
 
 def _table(study: Study, worst: str, links: tuple[simulation.BendingLink, ...]) -> Table:
     """Return the table of the links in the case with the largest stress."""
-    columns = (
-        Column("link"),
-        Column("modes"),
-        Column("first bending rate", "rad/s"),
-        Column("drive over it"),
-        Column("deflection", "m"),
-        Column("stress", "Pa"),
-    )
+    columns = columns_of("link | modes | first bending rate [rad/s] | drive over it | deflection [m] | stress [Pa]")
     rows = []
     for link in links:
         name = link.name.replace("-", "_")

@@ -111,14 +111,8 @@ def _answer_map_indices(study: Study, maps: list[FigureMap]) -> list[int]:
     if not maps or case_ranking_of(study).question != "film":
         return [0][: len(maps)]
     loss = maps[0].joint.column(FILM_LOSS)
-    return [
-        0,
-        *(
-            index
-            for index, figure_map in enumerate(maps)
-            if figure_map.column == loss and figure_map.pair == maps[0].pair
-        ),
-    ]
+    pair = maps[0].pair
+    return [0, *(index for index, each in enumerate(maps) if each.column == loss and each.pair == pair)]
 
 
 def start_up_maps(study: Study) -> list[Picture]:
@@ -147,23 +141,16 @@ def _figure_maps(study: Study, joint: Joint) -> list[FigureMap]:
     ][:MAX_PAIRS]
     if not pairs:
         return []
-    further_figures = [
-        (joint.column("force_peak"), "force peak"),
-        (joint.column("force_peak_ratio"), "load over ideal peak"),
-    ]
-    further_figures += [(joint.column(P99_OVER_IDEAL), "p99 / ideal peak")] if ideal_varies(study, joint) else []
-    further_figures.append((joint.column("impacts_per_rev"), study.onset_name))
-    further_figures += [(joint.column(figure), name) for figure, name in FIGURES]
+    further = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "load over ideal peak")]
+    further += [(joint.column(P99_OVER_IDEAL), "p99 / ideal peak")] if ideal_varies(study, joint) else []
+    further.append((joint.column("impacts_per_rev"), study.onset_name))
+    further += [(joint.column(figure), name) for figure, name in FIGURES]
     if joint == study.most_loaded_joint():
-        further_figures.append((study.column("error_max"), f"{study.run.layout.output} error"))
+        further.append((study.column("error_max"), f"{study.run.layout.output} error"))
     mapped = [(lead, study.lead.name, pair) for pair in pairs]
-    mapped += [(column, name, pairs[0]) for column, name in further_figures if study.has(column) and column != lead]
+    mapped += [(column, name, pairs[0]) for column, name in further if study.has(column) and column != lead]
     maps = [FigureMap(joint, *figure_map, _table(study, figure_map[0], figure_map[2])) for figure_map in mapped]
-    return [
-        figure_map
-        for figure_map in maps
-        if figure_map.column == lead or np.nanmin(figure_map.table) < np.nanmax(figure_map.table)
-    ]
+    return [each for each in maps if each.column == lead or np.nanmin(each.table) < np.nanmax(each.table)]
 
 
 def _mapped_axes(study: Study, joint: Joint, ranked: list[Axis]) -> list[Axis]:
@@ -200,12 +187,8 @@ def pictures_over_axes(study: Study, joint: Joint, figure: str, name: str) -> li
     effects = main_effects_of(study, column) if varies else []
     if len(effects) > 1:
         pair = _in_grid_order(study, (effects[0].axis, effects[1].axis))
-        table = _table(study, column, pair)
-        return [
-            _map_picture(
-                study, FigureMap(joint, column, name, pair, table), (float(np.nanmin(table)), float(np.nanmax(table)))
-            )
-        ]
+        figure_map = FigureMap(joint, column, name, pair, _table(study, column, pair))
+        return [_map_picture(study, figure_map, _value_range([figure_map], name))]
     return [effect_picture(study, effect, name + study.joint_text(joint, ", joint {}")) for effect in effects]
 
 

@@ -1,8 +1,7 @@
 """Motion on the page: its kinds, the tables of peaks, the revolution of the largest."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import overload
 
 import numpy as np
 
@@ -26,7 +25,7 @@ from ..blocks.section import (
     capitalise,
     section,
 )
-from ..blocks.table import Column, Quantity, Table, case_table, columns_in_table, count_cell
+from ..blocks.table import CaseRows, Quantity, Table, case_table, columns_in_table, columns_of, count_cell
 from ..draw.maps import (
     KIND_COLOURS,
     SHARE_COLOURS,
@@ -76,19 +75,10 @@ def motion_type_sections(study: Study) -> list[Section]:
     if not _is_lubricated(study, joint):
         joint_text = study.joint_text(joint, " of joint {}")
         note = f"Contacts{joint_text} count as impacts if they last at most {SHORT_CONTACT:g}° of crank angle. {note}"
-    blocks: list[Block] = [
-        Gallery(note, [*_maps(study, joint), *_share_pictures(study, joint)], small=True),
-        _table(study, joint),
-        Gallery(
-            POINCARE_NOTE,
-            [
-                *_bifurcation_diagrams(study, joint),
-                *basins(study, joint),
-                *_poincare_sections(study, joint),
-                *_spectra(study, joint),
-            ],
-        ),
-    ]
+    sections = [*_bifurcation_diagrams(study, joint), *basins(study, joint)]
+    sections += [*_poincare_sections(study, joint), *_spectra(study, joint)]
+    maps = Gallery(note, [*_maps(study, joint), *_share_pictures(study, joint)], small=True)
+    blocks: list[Block] = [maps, _table(study, joint), Gallery(POINCARE_NOTE, sections)]
     return section("motion-type", "Impacts and kinds of motion", *blocks)
 
 
@@ -113,10 +103,10 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
             maps.append(
                 _kind_map(f"{name}: {x_axis.name} {wording.TIMES} {y_axis.name}", study, valid, (x_axis, y_axis), words)
             )
-    caption_of_several = (
-        f"Each cell shows the most irregular motion over {wording.sentence_list(others)} and the number of such cases."
-    )
-    caption = caption_of_several if others else "Each cell is one case."
+    caption = "Each cell is one case."
+    if others:
+        over = wording.sentence_list(others)
+        caption = f"Each cell shows the most irregular motion over {over} and the number of such cases."
     return [picture._replace(caption=caption) for picture in maps]
 
 
@@ -177,9 +167,10 @@ def _table(study: Study, joint: Joint) -> Table:
         for value, cases, *values in counts:
             shares = (Quantity(share, wording.percent_text(share)) for share in values[len(names) - len(time_names) :])
             rows.append((axis.name, Quantity(value, axis.text(value)), count_cell(cases), *shares))
-    headings = ("axis", "value", "cases", *time_names, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
+    shares_of_period = (*(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
+    columns = columns_of(" | ".join(("axis", "value", "cases", *time_names, *shares_of_period)))
     note = "Each row gives mean shares of the time and shares of the periods, over all cases with that value."
-    return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, headings)), rows)
+    return Table("kinds_of_motion", "Kinds of motion", note, columns, rows)
 
 
 def _bifurcation_diagrams(study: Study, joint: Joint) -> list[Picture]:
@@ -324,15 +315,15 @@ def _accuracy_table(study: Study) -> Table:
             columns.append((column + DIFFERENCE, f"error of {name}{study.joint_text(joint, ' ({})')}"))
     sort_column = next((column for column, _ in columns if study.has(column)), "")
     table = case_table(study, "certainty", "How certain the figures are", columns, sort_column)
-    replacements = {
-        f"error of force peak{study.joint_text(joint, ' ({})')}": text_of_case
-        for joint, text_of_case in _beyond_horizon(study)
-    }
+    headings = [column.name for column in table.columns]
+    for joint, text_of_case in _beyond_horizon(study):
+        heading = f"error of force peak{study.joint_text(joint, ' ({})')}"
+        if heading in headings and isinstance(table.rows, CaseRows):
+            table.rows.texts[headings.index(heading)] = text_of_case
     return table._replace(
         note=f"{table.note} The error is the difference from a run at a tenth of the tolerance. The horizon is the "
         "number of revolutions after which two such runs are two samples of a chaotic motion. The error is meaningful "
-        "only before the horizon.",
-        rows=_RowsWithReplacements(table, replacements) if len(table.rows) else table.rows,
+        "only before the horizon."
     )
 
 
@@ -376,40 +367,6 @@ def _error_check_sentences(study: Study) -> list[str]:
     return points
 
 
-class _RowsWithReplacements(Sequence):
-    """The rows of a table, with meaningless errors replaced by texts."""
-
-    def __init__(self, table: Table, replacements: dict[str, dict[str, str]]):
-        """Take the table, and heading of a column -> case_id -> text."""
-        headings = [column.name for column in table.columns]
-        self.rows = table.rows
-        self.replacements = {
-            headings.index(heading): replacements[heading] for heading in replacements if heading in headings
-        }
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    @overload
-    def __getitem__(self, index: int) -> tuple: ...
-    @overload
-    def __getitem__(self, selection: slice) -> list[tuple]: ...
-    def __getitem__(self, selection: int | slice) -> tuple | list[tuple]:
-        if isinstance(selection, int):
-            return self._replace_errors(self.rows[selection])
-        return [self._replace_errors(row) for row in self.rows[selection]]
-
-    def __iter__(self) -> Iterator[tuple]:
-        return map(self._replace_errors, self.rows)
-
-    def _replace_errors(self, row: tuple) -> tuple:
-        """Return a row with its replacements; its first cell is the case_id."""
-        return tuple(
-            Quantity(value, self.replacements[column][row[0]]) if row[0] in self.replacements.get(column, {}) else value
-            for column, value in enumerate(row)
-        )
-
-
 # The revolution of the peak: force, acceleration and torque of the worst cases, with and without clearance.
 
 NOTE_ON_CASES = (
@@ -420,9 +377,7 @@ NOTE_ON_FORCES = "divided by the largest reaction without clearance. Dashed line
 
 def peak_revolution_sections(study: Study) -> list[Section]:
     """Return the section, or [] if no such revolution was saved."""
-    saved = [
-        case_id for case_id in study.run.worst if study.cases.row_of(case_id) >= 0
-    ]  # without those that check laws
+    saved = [case_id for case_id in study.run.worst if study.cases.row_of(case_id) >= 0]  # no checks of laws
     if not saved:
         return []
     blocks: list[Block] = [Sentences([NOTE_ON_CASES + NOTE_ON_FORCES])]
@@ -454,9 +409,7 @@ def _case_detail(study: Study, rank: int, case_id: str) -> Detail:
 
 def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:
     """Return one quantity over the revolution."""
-    largest_text, *ideal_text = largest_texts(
-        [curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit
-    )
+    largest_text, *ideal_text = largest_texts([curve.actual, curve.ideal], curve.unit)
     alt = f"{capitalise(curve.name)} over the revolution of the peak, at most {largest_text} among the samples"
     if ideal_text:
         alt += f"; without clearance {ideal_text[0]}"

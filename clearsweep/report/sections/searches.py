@@ -1,6 +1,6 @@
 """Results of searches: the limits that `seek` found, and the designs that `optimise` found."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,29 +11,10 @@ from ...language import quantity, wording
 from ...searches import SENSES
 from ..axis import Axis, first_sought_path, is_missing, sought_paths, value_at
 from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section
-from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, count_cell
+from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, columns_of, count_cell
 from ..draw import BLUE, RED, set_plain_axes
 from ..plot import Axes
 from ..study import Study, answer_of_study
-
-# Drawings of the answers of `seek`: intervals that contain the limit, over another axis.
-
-
-def draw_intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], x_axis: Axis, y_axis: Axis) -> None:
-    """Draw answers.
-
-    Each row has the value on the axis `x_axis`, the ends of the interval and the answer on `y_axis`, in SI.
-    """
-    x, low, high, answer = np.array(rows).T
-    x = x_axis.scale.from_si(x)
-    low, high, answer = (y_axis.scale.from_si(values) for values in (low, high, answer))
-    ax.vlines(x, low, high, color=BLUE, linewidth=2.0)
-    ax.plot(x, answer, "o-", color=BLUE, markersize=4.0, linewidth=0.8)
-    ax.set_labels(x_axis.label(), y_axis.label())
-    if low.min() > 0.0:
-        ax.set_ylim(0.0, 1.1 * high.max())
-    set_plain_axes(ax)
-
 
 # Result of `seek`: the largest or smallest value that meets the limits, as an interval, for each case.
 
@@ -46,7 +27,6 @@ class _Answers(NamedTuple):
     axis: Axis  # axis of the searched value
     other_axes: tuple[Axis, ...]
     is_largest: bool
-    is_per_case: bool  # whether there is one answer for each case of the other axes
     rows: list[dict[str, Any]]  # SI, None for null
 
     @property
@@ -79,7 +59,8 @@ def seek_sections(study: Study) -> list[Section]:
     if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too
         lines = [
             "Every fit or group is tested at its largest clearance. The answer is the last one before the first that "
-            "fails."
+            "fails.",
+            *not_monotone_sentences(answers),
         ]
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, title))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _interval_table(study, answers), *_nearest_blocks(study, answers)]
@@ -91,69 +72,47 @@ def answer_cards(study: Study) -> list[tuple[str, str, str]]:
     answers = _read_answers(study)
     if answers is None:
         return []
-    superlative = "Largest" if answers.is_largest else "Smallest"
+    name = f"{'Largest' if answers.is_largest else 'Smallest'} safe {answers.axis.name}"
     answered = [row for row in answers.rows if row[answers.column] is not None]
     if len(answered) < len(answers.rows) or not answered:
-        return [(f"{superlative} safe {answers.axis.name}", "none", "in the range that was searched")]
+        return [(name, "none", "in the range that was searched")]
     row = (min if answers.is_largest else max)(answered, key=lambda row: row[answers.column])
-    return [
-        (
-            f"{superlative} safe {answers.axis.name}",
-            answers.axis.text(row[answers.column]),
-            _limiting_text(study, answers, row).strip(", "),
-        )
-    ]
+    return [(name, answers.axis.text(row[answers.column]), _limiting_text(study, answers, row).strip(", "))]
 
 
 def not_monotone_sentences(answers: _Answers) -> list[str]:
     """Return a sentence for each search in which fits beyond the first failing one meet the limits."""
-    sentences = []
-    for row in answers.rows:
-        if row.get("seek_beyond"):
-            setting_text = f" at {answers.setting_text(row)}" if answers.other_axes else ""
-            sentences.append(
-                f"The margin is not monotone{setting_text}: beyond the border, {row['seek_beyond']} also meet the "
-                "limits."
-            )
-    return sentences
+    return [
+        f"The margin is not monotone{f' at {answers.setting_text(row)}' if answers.other_axes else ''}: beyond the "
+        f"border, {row['seek_beyond']} also meet the limits."
+        for row in answers.rows
+        if row.get("seek_beyond")
+    ]
 
 
 def _limiting_text(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
     """Return the limit that determines an answer, and its joint."""
-    limiting_columns = row["limiting"].split(",") if row["limiting"] else []
-    limiting_text = (
-        f", limited by {wording.sentence_list([column_label(study, name) for name in limiting_columns])}"
-        if limiting_columns
-        else ""
-    )
-    return (
-        f"{limiting_text} at {answers.setting_text(row)}" if answers.other_axes and row["limiting"] else limiting_text
-    )
+    if not row["limiting"]:
+        return ""
+    names = wording.sentence_list([column_label(study, name) for name in row["limiting"].split(",")])
+    return f", limited by {names}" + (f" at {answers.setting_text(row)}" if answers.other_axes else "")
 
 
 def _read_answers(study: Study) -> _Answers | None:
     path, frame = first_sought_path(study.run.grid), study.run.seek
     if not path or frame is None or frame.empty:
         return None
-    by_path = {axis.path: axis for axis in study.axes}
+    axis = next(axis for axis in study.axes if axis.path == path)
     others = tuple(
         axis for axis in study.axes if axis.path not in sought_paths(study.run.grid) and len(axis.values) > 1
     )
-    section = study.run.grid["seek"]
-    rows = [
+    rows: list[dict[str, Any]] = [
         {name: None if is_missing(value) else value for name, value in row.items()} for row in frame.to_dict("records")
     ]
-    return _Answers(
-        _with_distinct_digits(by_path[path], rows), others, "largest" in section, section.get("for") != "all", rows
-    )
-
-
-def _with_distinct_digits(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
-    """Return an axis with enough digits to distinguish the ends of intervals."""
     intervals = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
     while axis.digits < 16 and any(axis.number_text(low) == axis.number_text(high) for low, high in intervals):
         axis = axis._replace(digits=axis.digits + 1)
-    return axis
+    return _Answers(axis, others, "largest" in study.run.grid["seek"], rows)
 
 
 def _interval_table(study: Study, answers: _Answers) -> Table:
@@ -169,24 +128,18 @@ def _interval_table(study: Study, answers: _Answers) -> Table:
     )
     rows = []
     for row in answers.rows:
-        values = [row[name] for name in (answers.column, "seek_low", "seek_high")]
-        rows.append(
-            (
-                *(row[other.path] for other in answers.other_axes),
-                *(float("nan") if value is None else value for value in values),
-                _limit_cell(study, row["limiting"]),
-                count_cell(row["probes"]),
-            )
-        )
+        values = [np.nan if row[name] is None else row[name] for name in (answers.column, "seek_low", "seek_high")]
+        others = (row[other.path] for other in answers.other_axes)
+        rows.append((*others, *values, _limit_cell(study, row["limiting"]), count_cell(row["probes"])))
     return Table("seek", "Results of the search", "", columns, rows)
 
 
-def _limit_cell(study: Study, columns: str | None) -> Quantity:
+def _limit_cell(
+    study: Study, columns: str | None, join: Callable[[list[str]], str] = wording.sentence_list
+) -> Quantity:
     """Return the cell of limited columns, separated by commas, in words on the page."""
     names = columns.split(",") if columns else []
-    return Quantity(
-        columns or wording.DASH, wording.sentence_list([column_label(study, name) for name in names]) or wording.DASH
-    )
+    return Quantity(columns or wording.DASH, join([column_label(study, name) for name in names]) or wording.DASH)
 
 
 def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
@@ -195,20 +148,15 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     best, axis = nearest.get("best", []), answers.axis
     if not best:
         return []
-    columns = (
-        *axis_columns(study, answers.other_axes),
-        Column(f"best {axis.name}", study.unit(axis.path), axis),
-        Column("margin"),
-        Column("limited by"),
-        Column("would pass with"),
-    )
+    columns = [*axis_columns(study, answers.other_axes), Column(f"best {axis.name}", study.unit(axis.path), axis)]
+    columns += columns_of("margin | limited by | would pass with")
     rows = [
         (
             *(case["point"].get(other.path) for other in answers.other_axes),
             case["value"],
             _margin_cell(case["margin"], study.limits),
             _limit_cell(study, case["limiting"]),
-            _needed_text(case["needed"]) or wording.DASH,
+            wording.sentence_list([f"{name} {bound}" for name, bound in case["needed"].items()]) or wording.DASH,
         )
         for case in best
     ]
@@ -232,7 +180,7 @@ def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any], limits: Seque
     setting = ", ".join([*other_texts, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
     margin = _margin_cell(furthest["margin"], limits).text
     note = f"One key at a time is changed in the case furthest from its limits ({setting}); its margin is {margin}."
-    columns = (Column("key"), Column("value"), Column("margin with 10 % less"), Column("with 10 % more"))
+    columns = columns_of("key | value | margin with 10 % less | with 10 % more")
     return [Table("nearest-keys", "Other keys that change the margin", note, columns, rows)]
 
 
@@ -240,10 +188,6 @@ def _margin_cell(margin: float | None, limits: Sequence[Limit], missing: str = "
     """Return a margin in words, or `missing`."""
     text = missing if margin is None else case_margin_text(margin, limits, "")
     return Quantity(text if margin is None else margin, text)
-
-
-def _needed_text(needed: dict[str, str]) -> str:
-    return wording.sentence_list([f"{name} {bound_text}" for name, bound_text in needed.items()])
 
 
 def _pictures(answers: _Answers, title: str) -> list[Picture]:
@@ -254,14 +198,22 @@ def _pictures(answers: _Answers, title: str) -> list[Picture]:
     (other,) = answers.other_axes
     results = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)
     answer_texts = "; ".join(f"{other.text(row[0])}: {answers.axis.text(row[3])}" for row in results)
-    return [
-        Picture(
-            capitalise(f"{title.removeprefix('The ')} over {other.name}"),
-            "The dot is the last safe value, the bar is the border.",
-            f"{title} over {other.name}. {answer_texts}",
-            lambda ax: draw_intervals(ax, results, other, answers.axis),
-        )
-    ]
+
+    def paint(ax: Axes) -> None:
+        """Draw the intervals that contain the limits, and the answers."""
+        x, low, high, answer = np.array(results).T
+        x = other.scale.from_si(x)
+        low, high, answer = (answers.axis.scale.from_si(values) for values in (low, high, answer))
+        ax.vlines(x, low, high, color=BLUE, linewidth=2.0)
+        ax.plot(x, answer, "o-", color=BLUE, markersize=4.0, linewidth=0.8)
+        ax.set_labels(other.label(), answers.axis.label())
+        if low.min() > 0.0:
+            ax.set_ylim(0.0, 1.1 * high.max())
+        set_plain_axes(ax)
+
+    name = capitalise(f"{title.removeprefix('The ')} over {other.name}")
+    caption = "The dot is the last safe value, the bar is the border."
+    return [Picture(name, caption, f"{title} over {other.name}. {answer_texts}", paint)]
 
 
 # Result of `optimise`: the best case and the case as written in the grid, the front, the binding limits.
@@ -388,32 +340,23 @@ def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names
 
 def _front_table(study: Study, rows: list[dict[str, Any]], names: list[str], written_id: str | None) -> Table:
     """Return a row for each of the best cases, and one for the case as written in the grid."""
-    columns = (
+    columns = [
         *axis_columns(study, study.axes),
         *(Column(name, study.unit(name), heading=column_label(study, name)) for name in names),
-        Column("margin"),
-        Column("nearest limit"),
-        Column("case"),
-    )
+        *columns_of("margin | nearest limit | case"),
+    ]
     lines = []
     if written_id is not None and written_id not in [row["case_id"] for row in rows]:
         margin = study.cases.at(written_id, "margin") if study.has("margin") else float("nan")
         values = [study.cases.at(written_id, axis.path) for axis in study.axes]
         cells = (*values, *(float(study.cases.at(written_id, name)) for name in names), float(margin))
         exceeded = study.cases.at(written_id, EXCEEDED_COLUMN) if EXCEEDED_COLUMN in study.cases else ""
-        lines.append((*cells, _limits_cell(study, exceeded), "as written"))
+        lines.append((*cells, _limit_cell(study, exceeded, ", ".join), "as written"))
     for row in rows:
         numbers = [float("nan") if row[name] is None else row[name] for name in (*names, "margin")]
-        lines.append((*(row[axis.path] for axis in study.axes), *numbers, _limits_cell(study, row["limiting"]), "best"))
+        limiting = _limit_cell(study, row["limiting"], ", ".join)
+        lines.append((*(row[axis.path] for axis in study.axes), *numbers, limiting, "best"))
     return Table("optimise", "The best cases", "", columns, lines)
-
-
-def _limits_cell(study: Study, names: str) -> Quantity:
-    """Return the cell of limits by their columns, in words on the page."""
-    return Quantity(
-        names or wording.DASH,
-        ", ".join(column_label(study, name) for name in names.split(",")) if names else wording.DASH,
-    )
 
 
 def _front_picture(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:

@@ -12,7 +12,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ..axis import PEAK, Axis, Rows, is_missing, leaves
 from ..blocks.section import Block, Columns, Facts, Gallery, Note, Picture, Section, Sentences, section, without_empty
-from ..blocks.table import Column, Quantity, Table
+from ..blocks.table import Column, Quantity, Table, columns_of, count_cell
 from ..draw import BLUE, INK, set_log_scale, set_plain_axes
 from ..one_case.joints import mechanism_picture
 from ..plot import Axes
@@ -152,17 +152,12 @@ def tolerance_sections(study: Study) -> list[Section]:
     medians = differences(study.cases, others, columns)
     if len(medians) < 2 or not columns:
         return []
-    heads = [Column("tolerance"), Column("run time", "s"), *(Column(f"difference of {name}") for name in columns)]
+    heads = [*columns_of("tolerance | run time [s]"), *(Column(f"difference of {name}") for name in columns)]
     rows = list(map(tuple, medians.tolist()))
-    table = Table("tolerances", "Difference from the finest tolerance", "Medians; relative.", tuple(heads), rows)
+    table = Table("tolerances", "Difference from the finest tolerance", "Medians; relative.", heads, rows)
     finest = f"The reference is the finest tolerance, {study.cases.smallest(PATH):g}, of otherwise equal cases."
-    return [
-        Section(
-            "tolerances",
-            "Error against run time",
-            [Sentences([finest]), Gallery(TOLERANCE_NOTE, [_tolerance_picture(medians, columns)]), table],
-        )
-    ]
+    gallery = Gallery(TOLERANCE_NOTE, [_tolerance_picture(medians, columns)])
+    return [Section("tolerances", "Error against run time", [Sentences([finest]), gallery, table])]
 
 
 def differences(cases: Rows | Mapping[str, np.ndarray], other_paths: list[str], columns: list[str]) -> np.ndarray:
@@ -266,13 +261,8 @@ def budget_sections(study: Study) -> list[Section]:
         return []
     base, unknowns = design
     bars = bars_of(study, column, base, unknowns)
-    blocks = without_empty(
-        [
-            Sentences(_sentences(study, column, base, bars)),
-            Gallery("", [_budget_picture(study, bars)]),
-            _table(study, bars),
-        ]
-    )
+    gallery = Gallery("", [_budget_picture(study, bars)])
+    blocks = without_empty([Sentences(_sentences(study, column, base, bars)), gallery, _table(study, bars)])
     return [Section("budget", "Error budget of the force peak", blocks)]
 
 
@@ -375,11 +365,10 @@ def _budget_picture(study: Study, bars: list[Bar]) -> Picture:
 
 def _table(study: Study, bars: list[Bar]) -> Table:
     """Return the table with the numbers of the bars."""
-    headings = ("unknown", "cases", "least change", "at", "largest change", "reached at")
     rows = [
         (
             bar.unknown.name,
-            Quantity(len(bar.unknown.cases), str(len(bar.unknown.cases))),
+            count_cell(len(bar.unknown.cases)),
             Quantity(bar.decrease, _percent_text(bar.decrease)),
             _values_text(study, bar, bar.case_of_decrease),
             Quantity(bar.increase, _percent_text(bar.increase)),
@@ -388,4 +377,5 @@ def _table(study: Study, bars: list[Bar]) -> Table:
         for bar in bars
     ]
     note = "Change of the largest normal force from that of the base case, one unknown at a time."
-    return Table("budget", "Error budget", note, tuple(map(Column, headings)), rows)
+    columns = columns_of("unknown | cases | least change | at | largest change | reached at")
+    return Table("budget", "Error budget", note, columns, rows)
