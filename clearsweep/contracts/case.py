@@ -306,6 +306,7 @@ class Joint(NamedTuple):
     backlash: float | None = None  # m, of two wheels in mesh, on the pitch circle; twice the clearance
     play: float | None = None  # rad, of a coupling, from stop to stop; twice the clearance
     drag: float = 0.0  # N m s/rad, of the second body relative to the first
+    mesh_stiffness: Table | None = None  # stiffness of teeth over the mean: pitch (1) and factor (1)
     stops: tuple[float, ...] = ()  # rad, or m of a guide: both ends of the motion of a pin or a guide
     slides: bool = False  # the stops are those of a guide
     stopped: str = ""  # the joint that has them

@@ -261,6 +261,7 @@ _JOINT_SECTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("contact", _contact),
     ("roughness", _roughness),
     ("axial", _contact),
+    ("mesh_stiffness", _table),
     ("tilt", tuple),
     ("offset", tuple),
     ("friction", _friction),

@@ -9,6 +9,7 @@ from ...contracts.catalogue import (
     NUMERICS,
     ROLES,
     Catalogue,
+    Columns,
     Field,
     JointSite,
     Keys,
@@ -411,6 +412,12 @@ def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
 
 
 _BACKLASH = Field("backlash", "m", "play between the teeth on the pitch circle, from flank to flank")
+_MESH_STIFFNESS = Columns(
+    "mesh_stiffness",
+    "stiffness of the teeth along their path of contact, a periodic cubic spline through the rows; default: constant",
+    (ranged("pitch", "1", "share of the base pitch that a pair of teeth has carried: 0 to 1", "[0, 1]"),),
+    (Field("factor", "1", "stiffness over contact.stiffness, which is its mean where the mean of the factors is 1"),),
+)
 _PLAY = Field("play", "rad", "angle by which the second body can turn if the first does not")
 _DRAG = ranged(
     "drag",
@@ -426,6 +433,9 @@ def _add_gear(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
     keys[path] = Section("play between the teeth of two wheels", "optional")
     add_numbers(keys, path, (_BACKLASH, _DRAG), CHOICE)
     _add_contact_of_flanks(keys, path, catalogue)
+    springs = [law for law in catalogue.of("law") if not law.yields and (law.uses_elastic or not law.origin)]
+    is_spring = f"{path}.contact.law", frozenset(law.name for law in springs)
+    keys[f"{path}.mesh_stiffness"] = Table(_MESH_STIFFNESS, (is_spring,), optional=True)
     add_friction(keys, path, catalogue, "needs surfaces that stay in contact, and teeth follow each other")
     add_numbers(keys, path, (_PIN_LENGTH._replace(text="face width of the teeth; wear needs it"),), CHOICE)
     of_flanks = {"pressure": "mean", "wear": DEFAULT_WEAR_LAW}

@@ -257,7 +257,8 @@ def _check_gears(reader: Reader) -> None:
         joint for joint in reader.outline.joints if joint.type == "revolute" and joint.name in reader.outline.clearances
     ]
     for gear in reader.outline.joints:
-        for path in (f"joints.{gear.name}.{key}" for key in ("friction", "wear") if gear.type == "gear"):
+        followers = ("friction", "wear", "mesh_stiffness") if gear.type == "gear" else ()
+        for path in (f"joints.{gear.name}.{key}" for key in followers):
             if reader.is_given(path) and not reader.is_given(f"mechanism.joints.{gear.name}.teeth"):
                 message = f"follows the teeth along their path of contact; write mechanism.joints.{gear.name}.teeth"
                 reader.problems.add(reader.position_of(path), path, message)

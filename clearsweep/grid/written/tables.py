@@ -271,7 +271,8 @@ _MAX_ROWS = 20_000
 _MIN_RELATIVE_STEP = (
     1e-9  # smallest step between rows over the table's span; finer steps vanish in rounding when it repeats
 )
-_PERIODS = (2.0 * math.pi, 4.0 * math.pi)  # rad, over which a table repeats
+#: Independent column -> spans over which a table repeats, and what it should span in words.
+_PERIODS = {"crank_angle": ((2.0 * math.pi, 4.0 * math.pi), "360 or 720 deg"), "pitch": ((1.0,), "one pitch, 0 to 1")}
 
 ColumnValues = dict[str, list[float]]  # column -> values in SI
 
@@ -408,27 +409,27 @@ def _check_table(
         message = f"{abscissae[0]}: starts at {cells[0].value}; the first row is the start of the run: write 0 there"
         problems.add(cells[0], path, message)
         return False
-    return abscissae[0] != "crank_angle" or _check_period(problems, path, cells[-1], values)
+    return abscissae[0] not in _PERIODS or _check_period(problems, path, cells[-1], values, abscissae[0])
 
 
-def _check_period(problems: Problems, path: str, last: WrittenValue, values: ColumnValues) -> bool:
-    """Return whether a table over the crank angle is periodic; report it if not."""
-    knots = values["crank_angle"]
-    span = knots[-1] - knots[0]
-    if not any(math.isclose(span, period, rel_tol=1e-9) for period in _PERIODS):
+def _check_period(problems: Problems, path: str, last: WrittenValue, values: ColumnValues, over: str) -> bool:
+    """Return whether a table over the column `over` is periodic; report it if not."""
+    span, (periods, text) = values[over][-1] - values[over][0], _PERIODS[over]
+    if not any(math.isclose(span, period, rel_tol=1e-9) for period in periods):
+        span_text = f"{math.degrees(span):.6g} deg" if over == "crank_angle" else f"{span:.6g}"
         message = (
-            f"crank_angle: the table spans {math.degrees(span):.6g} deg; expected one period of 360 or 720 deg, "
-            "whose last row repeats the first"
+            f"{over}: the table spans {span_text}; expected one period of {text}, whose last row repeats the first"
         )
         problems.add(last, path, message)
         return False
     for name, column in values.items():
         largest = max(map(abs, column))
-        if name != "crank_angle" and abs(column[-1] - column[0]) > 1e-9 * largest:
-            message = f"{name}: the last row has the same crank angle as the first, but another value; make both equal"
+        if name != over and abs(column[-1] - column[0]) > 1e-9 * largest:
+            place = over.replace("_", " ")
+            message = f"{name}: the last row has the same {place} as the first, but another value; make both equal"
             problems.add(last, path, message)
             return False
-        column[-1] = column[0] if name != "crank_angle" else column[-1]
+        column[-1] = column[0] if name != over else column[-1]
     return True
 
 

@@ -6,8 +6,12 @@ on the drive flank where x exceeds half of the play, on the coast flank where -x
 mode, root of penetration and onset rate.  Of a coupling x is an angle and a force a torque, both at an arm of 1 m.
 
 Friction acts at the point of contact, which moves along the line of action by a base pitch for each pair of teeth; one
-pair carries the force at a time.  The teeth slide at the distance from the pitch point times the difference of both
-spins, so friction changes its direction at the pitch point.
+pair carries the force at a time, and its change is an event.  The teeth slide at the distance from the pitch point
+times the difference of both spins, so friction changes its direction at the pitch point.
+
+The stiffness may vary along the path of contact, k = k0 g(s) with s in base pitches.  The energy g(s) W0(depth) also
+depends on the angle of the first wheel, so -W0 g'(s) ds/dangle acts as a torque between this wheel and the line of
+centres: forces and torque are the derivatives of one energy, and a turn neither creates nor destroys any.
 
 Where a wheel moves in its bearing, x and the play change with its displacement, to first order: the line of action
 keeps its direction.  Force and moments are the derivatives of the depths, so the powers of the forces on both bodies
@@ -19,9 +23,27 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...language.errors import InputError
+from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel, map_joints
-from ..laws.contract import ACTS, MEETS, PRESSED, touches
+from ...tracing.compiled.pinned import array_handle, cubic_at, cubic_rows
+from ..laws.contract import (
+    ACTS,
+    END_PASSED,
+    ENTERED,
+    FIRST_STEP,
+    LEFT,
+    MEETS,
+    NEVER,
+    PRESSED,
+    guard_values,
+    guards,
+    guards_of_pieces,
+    latched,
+    touches,
+)
+from ..laws.elastic import elastic_energy, elastic_force, root_parity
 from ..observe import FORCE_ROW, PARTS, QUARTER_POINTS, lagrange
 from ..wear import NoWear, SlidingContact, wear_rate
 from ..wear.bins import record, update_joint_wear
@@ -30,14 +52,19 @@ from .contract import (
     ContactModes,
     Load,
     Offsets,
+    Part,
     after_law,
     after_number,
     contact_modes,
     gap_histories,
+    guard_quantity,
     load,
     load_histories,
     parts,
     power_lost,
+    power_stored,
+    type_of,
+    with_current_state,
 )
 from .dry import SurfaceMotion, dry_parts, pressed_contact_at
 
@@ -52,6 +79,21 @@ class Teeth(NamedTuple):
     approach: float  # share of it before the pitch point
     near: float  # m, lever of friction at the pitch point about the first centre; below 0 for inner teeth
     far: float  # m, about the second centre
+    pair: float = NEVER  # number of the pair that carries the force, from the first step of a contact on
+
+
+class Stiffness(NamedTuple):
+    """The stiffness of teeth over that of their elastic law: a periodic cubic along the path of contact."""
+
+    rows: float  # address, see `cubic_at`, over the share of a base pitch
+    count: float
+
+
+class Scaled(NamedTuple):
+    """An elastic law at a place of the path of contact."""
+
+    elastic: tuple  # elastic_force
+    factor: float  # 1
 
 
 class Mesh(NamedTuple):
@@ -67,7 +109,8 @@ class Mesh(NamedTuple):
     law: tuple  # contact_force, of each flank
     elastic: tuple  # elastic_force
     friction: tuple  # friction_force, of each flank
-    teeth: tuple  # Teeth, or () without friction and wear
+    teeth: tuple  # Teeth, or () where nothing follows them
+    stiffness: tuple  # Stiffness, or () if it is constant
     wear: tuple  # wear_rate
 
 
@@ -82,14 +125,21 @@ class MeshGap(NamedTuple):
     across_y: float
     apart_x: float  # 1, along the line of centres, of both flanks
     apart_y: float
-    roll: float  # rad, angle of the first wheel relative to the carrier
+    roll: float  # rad, angle of the first wheel relative to the line of centres
     spin: float  # rad/s, of the first wheel relative to the second
     slide_x: float  # m/s, of the second centre relative to the first
     slide_y: float
 
 
-FlankContact = NamedTuple("FlankContact", [*CONTACT_FIELDS, ("drag_power", float)])
-FlankContact.__doc__ = "The observables of a flank; that of the drive flank also contains the drag, W."
+FlankContact = NamedTuple(
+    "FlankContact",
+    [*CONTACT_FIELDS, *((name, float) for name in ("drag_power", "pitches", "place", "torque", "turned"))],
+)
+FlankContact.__doc__ = """The observables of a flank.
+
+drag_power : W, of the drive flank; pitches : 1, see `_pitches`; place : m, of the point of contact from the pitch point
+in the direction of the flank's normal; torque : N m, on the first wheel by the varying stiffness; turned : W.
+"""
 
 
 class _Flank(NamedTuple):
@@ -116,8 +166,59 @@ def _contact_modes_mesh(joint):
 
 @parts.member(Mesh)
 def _parts_mesh(joint):
-    law, friction = joint.law, joint.friction
-    return *dry_parts(0, law, friction), *dry_parts(1, law, friction)
+    law, friction, teeth = joint.law, joint.friction, joint.teeth
+    has_teeth = type_of(teeth) in guards.members
+    return tuple(
+        part
+        for flank in range(2)
+        for part in (*dry_parts(flank, law, friction), *((Part(teeth, flank),) if has_teeth else ()))
+    )
+
+
+@guards.member(Teeth)
+def _guards_teeth(teeth):
+    return guards_of_pieces(teeth)
+
+
+@guard_values.member(Teeth)
+def _guard_values_teeth(teeth, start, contact, root):
+    if teeth.pair == NEVER:
+        return NEVER, NEVER, 1.0
+    return contact.guard_quantity - (teeth.pair + 1.0), teeth.pair - contact.guard_quantity, NEVER
+
+
+@latched.member(Teeth)
+def _latched_teeth(teeth, event, contact, root):
+    if event in (ENTERED, LEFT):
+        return (NEVER,)
+    if event == FIRST_STEP:
+        return (math.floor(contact.guard_quantity),)
+    return (teeth.pair + (1.0 if event == END_PASSED else -1.0),)
+
+
+@guard_quantity.member(FlankContact)
+def _guard_quantity_of_flank(contact):
+    return contact.pitches
+
+
+@power_stored.member(FlankContact)
+def _power_stored_at_flank(contact):
+    return contact.elastic * contact.rate + contact.turned
+
+
+@elastic_force.member(Scaled)
+def _elastic_force_scaled(scaled, pen):
+    return scaled.factor * elastic_force(scaled.elastic, pen)
+
+
+@elastic_energy.member(Scaled)
+def _elastic_energy_scaled(scaled, pen):
+    return scaled.factor * elastic_energy(scaled.elastic, pen)
+
+
+@root_parity.member(Scaled)
+def _root_parity_scaled(scaled):
+    return root_parity(scaled.elastic)
 
 
 @power_lost.member(FlankContact)
@@ -128,7 +229,8 @@ def _power_lost_at_flank(contact):
 @inlined
 def flank_offsets(joint, offsets, flank):
     """Return the Offsets of flank number `flank`, from those of the joint."""
-    following = after_law(after_law(offsets, joint.law), joint.friction)  # clips have no numbers
+    following = _offsets_of_teeth(joint, offsets)  # clips have no numbers
+    following = after_law(following, joint.teeth) if joint.teeth else following
     return Offsets(
         offsets.contact + flank,
         offsets.internal + flank * (following.internal - offsets.internal),
@@ -138,18 +240,16 @@ def flank_offsets(joint, offsets, flank):
 
 
 @inlined
-def _place(joint, gap, side):
-    """Return the distance (m) of the point of contact from the pitch point, in the direction of the flank's normal.
-
-    On the drive flank it is 0 at an angle of 0 of the first wheel; the coast flank is half a pitch away.
-    """
-    pitches = _pitches(joint, gap.roll, side)
-    return joint.teeth.pitch * (pitches - math.floor(plain(pitches)) - joint.teeth.approach)
+def _offsets_of_teeth(joint, at_flank):
+    return after_law(after_law(at_flank, joint.law), joint.friction)
 
 
 @inlined
 def _pitches(joint, roll, side):
-    """Return how many pitches the contact of a flank has passed since the beginning of a path of contact."""
+    """Return how many pitches the contact of a flank has passed since the beginning of a path of contact.
+
+    At an angle of 0 of the first wheel the drive flank touches at the pitch point, and the coast flank half a pitch on.
+    """
     return side * joint.arm_proximal * roll / joint.teeth.pitch + joint.teeth.approach + (0.25 - 0.25 * side)
 
 
@@ -160,12 +260,12 @@ def _tangent(gap, side):
 
 
 @inlined
-def _slip(joint, gap, side):
+def _slip(joint, gap, side, place):
     """Return the speed (m/s) at which the first flank slides on the second one, by which friction does its work."""
     x, y = _tangent(gap, side)
     twist_speed = gap.v + gap.across_x * gap.slide_x + gap.across_y * gap.slide_y  # without the motion of the centres
     rolling = joint.teeth.near / joint.arm_proximal * twist_speed - x * gap.slide_x - y * gap.slide_y
-    return _place(joint, gap, side) * gap.spin + rolling
+    return place * gap.spin + rolling
 
 
 @kernel
@@ -176,11 +276,28 @@ def _flank_contact(flank, _, number, context):
     drag_power = joint.drag * gap.v * gap.v if number == 0 else as_type_of(0.0, depth)
     zero, speed = as_type_of(0.0, depth), abs(rate)
     if not touches(state.mode[offsets.contact + number]):
-        return FlankContact(zero, zero, speed, rate, depth, zero, zero, drag_power)
-    slip = _slip(joint, gap, flank.side) if joint.teeth else zero
-    contact = pressed_contact_at(joint, SurfaceMotion(depth, rate, slip), flank_offsets(joint, offsets, number), state)
-    tangential = contact.tangential if joint.teeth else zero
-    return FlankContact(contact.normal, tangential, slip, rate, depth, contact.elastic, contact.raw, drag_power)
+        return FlankContact(zero, zero, speed, rate, depth, zero, zero, drag_power, zero, zero, zero, zero)
+    at_flank = flank_offsets(joint, offsets, number)
+    slip = tangential = pitches = place = torque = turned = zero
+    if joint.teeth:
+        teeth = with_current_state(joint.teeth, state.y, state.latched, _offsets_of_teeth(joint, at_flank))
+        pitches = _pitches(joint, gap.roll, flank.side)
+        pair = where(teeth.pair > NEVER, teeth.pair, math.floor(plain(pitches)))
+        place = teeth.pitch * (pitches - pair - teeth.approach)
+        slip = _slip(joint, gap, flank.side, place)
+    current = joint
+    if joint.stiffness:
+        root = state.y[state.roots + at_flank.contact]
+        factor, slope, _ = cubic_at(*joint.stiffness, pitches - math.floor(plain(pitches)))
+        current = joint._replace(elastic=Scaled(joint.elastic, factor))
+        energy_slope = slope * elastic_energy(joint.elastic, root * root)
+        torque = -flank.side * joint.arm_proximal / joint.teeth.pitch * energy_slope
+        turned = -torque * (gap.v + joint.arm_distal * gap.spin) / (joint.arm_proximal + joint.arm_distal)
+    contact = pressed_contact_at(current, SurfaceMotion(depth, rate, slip), at_flank, state)
+    if joint.teeth:
+        tangential = contact.tangential
+    observed = contact.normal, tangential, slip, rate, depth, contact.elastic, contact.raw, drag_power
+    return FlankContact(*observed, pitches, place, torque, turned)
 
 
 _flank_contacts = map_joints(_flank_contact, after_number)
@@ -190,10 +307,14 @@ _flank_contacts = map_joints(_flank_contact, after_number)
 def _load_mesh(joint, gap, offsets, state):
     drive, coast = _flank_contacts(_FLANKS, _FLANKS, 0, _FlankContext(joint, gap, offsets, state))
     driving, parting = drive.normal - coast.normal + joint.drag * gap.v, drive.normal + coast.normal
+    across, moment = driving, -joint.arm_proximal * driving
+    if joint.stiffness:  # a couple of forces on both centres keeps its torque in balance
+        torque = drive.torque + coast.torque
+        across, moment = driving - torque / (joint.arm_proximal + joint.arm_distal), moment + torque
     flanks = Load(
-        fx=driving * gap.across_x + parting * gap.apart_x,
-        fy=driving * gap.across_y + parting * gap.apart_y,
-        moment_proximal=-joint.arm_proximal * driving,
+        fx=across * gap.across_x + parting * gap.apart_x,
+        fy=across * gap.across_y + parting * gap.apart_y,
+        moment_proximal=moment,
         moment_distal=-joint.arm_distal * driving,
         contacts=(drive, coast),
     )
@@ -203,7 +324,7 @@ def _load_mesh(joint, gap, offsets, state):
 @inlined
 def _with_friction(joint, gap, load, side, number):
     """Return the Load with the friction of a flank, which acts on the first wheel along the tangent."""
-    force, place, (x, y) = load.contacts[number].tangential, _place(joint, gap, side), _tangent(gap, side)
+    force, place, (x, y) = load.contacts[number].tangential, load.contacts[number].place, _tangent(gap, side)
     return Load(
         fx=load.fx - force * x,
         fy=load.fy - force * y,
@@ -223,6 +344,24 @@ def _gap_histories_mesh(joint, gap, side):
 def _load_histories_mesh(joint, load):
     drive, coast = load.contacts
     return drive.normal + coast.normal, as_type_of(0.0, drive.normal)
+
+
+def stiffness_of(rows, name):
+    """Return the Stiffness of a table of a joint, () without one; InputError if it is not above 0 everywhere."""
+    from scipy.interpolate import CubicSpline
+
+    if rows is None:
+        return ()
+    curve = CubicSpline(rows["pitch"], rows["factor"], bc_type="periodic")
+    places = np.append(curve.x, curve.derivative().roots(extrapolate=False))
+    lowest = places[np.nanargmin(curve(places))]
+    if not curve(lowest) > 0.0:
+        raise InputError(
+            f"joints.{name}.mesh_stiffness: the cubic through its rows falls to {curve(lowest):.3g} at the pitch "
+            f"{lowest:.3g}; it must stay above 0, so add rows there"
+        )
+    table = cubic_rows(curve)
+    return Stiffness(array_handle(table), float(len(table)))
 
 
 # ---------------------------------------------------------------------------------------------- wear

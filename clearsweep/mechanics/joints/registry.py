@@ -107,12 +107,12 @@ def compile_mesh(joint: Joint, gear: Gearing | Stops) -> mesh.Mesh:
     if isinstance(gear, Stops):
         ends = SHARE_OF_STOPS * joint.clearance, 1.0, 0.0 if gear.guide else 1.0, 0.0 if gear.guide else -1.0
         return mesh.Mesh(
-            *ends, 0.0, joint.clearance, 0.5 * sum(joint.stops), law, elastic, Frictionless(), (), NoWear()
+            *ends, 0.0, joint.clearance, 0.5 * sum(joint.stops), law, elastic, Frictionless(), (), (), NoWear()
         )
     # backlash is along the pitch circle, drag relative to the second body
     half_play = joint.clearance * abs(gear.across) if gear.pins else joint.clearance
     teeth: tuple = ()
-    if joint.friction or joint.wear:
+    if joint.friction or joint.wear or joint.mesh_stiffness:
         lever = gear.arm * gear.apart / gear.across
         teeth = mesh.Teeth(2.0 * math.pi * gear.arm / gear.teeth, gear.approach, lever, lever * gear.ratio)
     return mesh.Mesh(
@@ -127,6 +127,7 @@ def compile_mesh(joint: Joint, gear: Gearing | Stops) -> mesh.Mesh:
         elastic=elastic,
         friction=_compile_contact_friction(joint),
         teeth=teeth,
+        stiffness=mesh.stiffness_of(joint.mesh_stiffness, joint.name),
         wear=compile_wear(joint),
     )
 

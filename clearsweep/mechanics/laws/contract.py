@@ -234,7 +234,8 @@ def kink_variable(law, contact, root):
     """
 
 
-def _guards_of_pieces(law):
+def guards_of_pieces(law):
+    """Return the Guards END_PASSED, BEGIN_PASSED and FIRST_STEP of a law with a stored number of the piece."""
     return Guard(TOUCHING), Guard(TOUCHING), Guard(TOUCHING, at_start=True)
 
 
@@ -259,7 +260,7 @@ def register_pieces(law_type, variable):
     The last field of the type is its `piece`, UNKNOWN at first.
     """
     kink_variable.member(law_type)(variable)
-    guards.member(law_type)(_guards_of_pieces)
+    guards.member(law_type)(guards_of_pieces)
     guard_values.member(law_type)(_guard_values_of_pieces)
     latched.member(law_type)(_latched_piece)
 

@@ -14,7 +14,7 @@ from .. import symbols
 from ..memory import Fields, Pointer, call_number_at, load_at_address, load_items_at_address, load_word, view_at
 from ..protocols import Composite, register_emitter, register_slope_rule
 from . import dual
-from .dual import Dual
+from .dual import Dual, plain
 from .family import is_plain, kernel
 
 _PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
@@ -199,6 +199,27 @@ def row_of(address, width, row_count, time):
         else:
             high = midpoint
     return width * low
+
+
+_CUBIC_WIDTH = 5  # numbers in a row of a cubic: where it begins, value, slope, curvature and rate of the curvature
+
+
+def cubic_rows(curve):
+    """Return the rows (n, 5) for `cubic_at` of the n pieces of a piecewise cubic polynomial of SciPy."""
+    return np.stack([curve.x[:-1], curve.c[3], curve.c[2], 2.0 * curve.c[1], 6.0 * curve.c[0]], -1)
+
+
+@kernel
+def cubic_at(address, row_count, x):
+    """Return value, slope and curvature at `x` of the cubic whose `row_count` rows are at an address."""
+    row = row_of(address, _CUBIC_WIDTH, int(row_count), plain(x))
+    _, value, slope, curvature, rate = load_items(address, row, _CUBIC_WIDTH)
+    way = x - load_item(address, row)
+    return (
+        value + way * (slope + way * (0.5 * curvature + rate * way / 6.0)),
+        slope + way * (curvature + 0.5 * rate * way),
+        curvature + rate * way,
+    )
 
 
 register_emitter(load_item)(load_at_address)

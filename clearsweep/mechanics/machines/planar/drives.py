@@ -11,17 +11,13 @@ from .... import laws as recorded
 from ....contracts.catalogue import Law
 from ....contracts.machine import Constant, Motor, Path, Schedule
 from ....tracing.compiled.choosing import where
-from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, inlined, kernel
-from ....tracing.compiled.pinned import array_handle, load_item, row_of
+from ....tracing.compiled.pinned import array_handle, cubic_at, cubic_rows
 from ...laws.contract import Recipe, require
 from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
 from ...laws.sampled import attempted, checked
 
 # ---------------------------------------------------------------------------------------------- given motions
-
-
-_MOTION_WIDTH = 5  # numbers in a row of a motion: time, angle, speed, acceleration and its rate
 
 
 class Steady(NamedTuple):
@@ -50,12 +46,7 @@ def _drive_motion_steady(drive, time):
 
 @drive_motion.member(Tabled)
 def _drive_motion_tabled(drive, time):
-    row = row_of(drive.table, _MOTION_WIDTH, int(drive.row_count), plain(time))
-    elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
-    acceleration, jerk = load_item(drive.table, row + 3), load_item(drive.table, row + 4)
-    angle = load_item(drive.table, row + 1) + elapsed * (speed + elapsed * (0.5 * acceleration + jerk * elapsed / 6.0))
-    rate = speed + elapsed * (acceleration + 0.5 * jerk * elapsed)
-    return angle, rate, acceleration + jerk * elapsed
+    return cubic_at(drive.table, drive.row_count, time)
 
 
 # ---------------------------------------------------------------------------------------------- torques
@@ -242,10 +233,9 @@ def _spline_table(drive: Path) -> np.ndarray:
     from scipy.interpolate import CubicSpline
 
     spline = CubicSpline(drive.times, drive.angles, bc_type="natural")
-    derivatives = [spline(drive.times, order) for order in range(3)]
-    jerks = np.append(spline(0.5 * (drive.times[1:] + drive.times[:-1]), 3), 0.0)
-    table: np.ndarray = np.stack([drive.times, *derivatives, jerks], -1)
-    table[[0, -1], 3] = 0.0
+    last = drive.times[-1], drive.angles[-1], float(spline(drive.times[-1], 1)), 0.0, 0.0
+    table: np.ndarray = np.vstack([cubic_rows(spline), last])
+    table[0, 3] = 0.0
     return table
 
 
@@ -254,11 +244,8 @@ def torque_table(speeds: np.ndarray, torques: np.ndarray) -> np.ndarray:
     from scipy.interpolate import PchipInterpolator
 
     curve = PchipInterpolator(speeds, torques)
-    steps, middles = np.diff(speeds), 0.5 * (speeds[1:] + speeds[:-1])
-    third = curve(middles, 3)
-    second = curve(middles, 2) - 0.5 * steps * third
-    derivatives = [np.append(values, 0.0) for values in (curve(speeds[:-1], 1), second, third)]
-    return np.vstack([[-1e60, torques[0], 0.0, 0.0, 0.0], np.stack([speeds, torques, *derivatives], -1)])
+    outside = [[place, torque, 0.0, 0.0, 0.0] for place, torque in ((-1e60, torques[0]), (speeds[-1], torques[-1]))]
+    return np.vstack([outside[0], cubic_rows(curve), outside[1]])
 
 
 def motion_at(drive: Constant | Schedule | Path, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -91,7 +91,8 @@ def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
     across = axis.left()
     x, v = x - mesh.across * across.dot(offset), v - mesh.across * across.dot(velocity)
     wider, widening = mesh.apart * axis.dot(offset), mesh.apart * axis.dot(velocity)
-    roll = bodies.angle_of(site.link.proximal) - bodies.angle_of(site.carrier)
+    turned = mesh.across * across.dot(offset) * (1.0 / sum_of([mesh.arm, mesh.arm * mesh.ratio]))  # the line of centres
+    roll = bodies.angle_of(site.link.proximal) - bodies.angle_of(site.carrier) - turned
     rates = roll, bodies.spin(site.link.proximal) - bodies.spin(site.link.distal), *velocity
     return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis), *rates)
 
