@@ -238,7 +238,8 @@ MISTAKES = {
     "no speed": (
         "drive: {speed: 5000 rpm}\n",
         "",
-        "1:1: drive.speed: is missing (constant crank speed, negative for a clockwise crank); expected",
+        "1:1: drive.speed: is missing (constant crank speed, negative for a clockwise crank; other drives have angle, "
+        "torque, motor or servo instead); expected",
     ),
     "name": ("name: demo", "name: ../demo", "1:7: name: found '../demo'; expected letters"),
     "tag": ("speed: 5000 rpm", "speed: !f 5000 rpm", "7:16: drive.speed: the YAML tag !f is not supported"),
@@ -439,6 +440,22 @@ def test_a_slider_crank_without_any_clearance_is_refused(problems_in, ending):
     problems = problems_in(head + ending)
     assert len(problems) == 1
     assert "joints: no joint has clearance; name at least one of ground-crank, crank-rod, rod-slider" in problems[0]
+
+
+@pytest.mark.parametrize(
+    ("joints", "sentences"),
+    [
+        ("", ("driven: is missing; first add what it names", "no joint has clearance; add one that can to mechanism")),
+        (
+            "\n  joints: {pivot: {type: hinge, between: [ground.o, arm.p]}}",
+            ("type: unknown word 'hinge'; did you mean 'revolute'?", "driven: is missing; write one of pivot"),
+        ),
+    ],
+)
+def test_a_planar_machine_with_few_parts_is_told_what_to_add(problems_in, joints, sentences):
+    bodies = "{ground: {points: {o: [0 m, 0 m]}}, arm: {mass: 1 kg, inertia: 1 kg*m^2, points: {p: [0 m, 1 m]}}}"
+    problems = problems_in(f"mechanism:\n  type: planar\n  bodies: {bodies}{joints}\njoints: {{}}\n")
+    assert all(any(sentence in problem for problem in problems) for sentence in sentences)
 
 
 def test_a_swept_value_in_a_section_whose_name_is_wrong_is_a_mistake_like_others(problems_in):

@@ -75,11 +75,21 @@ def did_you_mean(word: str, names: Iterable[str]) -> str:
     return f"; did you mean '{matches[0]}'?" if matches else ""
 
 
+#: Names of other programs for a word of ours, which an error suggests.
+OTHER_NAMES = {
+    **dict.fromkeys(("pin", "hinge", "journal", "bearing", "rotational"), "revolute"),
+    **dict.fromkeys(("guide", "slider", "translational", "sliding"), "prismatic"),
+    **dict.fromkeys(("slotted", "pin-in-slot"), "slot"),
+    **dict.fromkeys(("rpm", "omega", "angular_velocity"), "speed"),
+}
+
+
 def nearest_words(word: str, names: Iterable[str]) -> list[str]:
     """Return a list with the known word nearest to `word`, or [] if none is near."""
     names = list(names)
     equal_ignoring_case = [name for name in names if name.lower() == word.lower()]
-    matches = equal_ignoring_case or [name for name in names if _sorted_words(name) == _sorted_words(word)]
+    same_words = [name for name in names if _sorted_words(name) == _sorted_words(word)]
+    matches = equal_ignoring_case or same_words or [name for name in names if name == OTHER_NAMES.get(word.lower())]
     return (matches or get_close_matches(word, names, 1, 0.7))[:1]
 
 

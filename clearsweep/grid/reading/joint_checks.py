@@ -45,11 +45,9 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     joints_section = reader.keys_in_use.get("joints")
     is_implied = isinstance(joints_section, Section) and joints_section.need == "implied"
     if not joints and is_implied and not reader.outline.is_deforming:
-        text = (
-            f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}, "
-            "or let a link bend or a housing yield"
-        )
-        reader.report("joints", text)
+        names = ", ".join(site.name for site in reader.mechanism.joints)
+        advice = f"name at least one of {names}" if names else "add one that can to mechanism.joints"
+        reader.report("joints", f"no joint has clearance; {advice}, or let a link bend or a housing yield")
     for path in joints:
         if f"{path}.element_diameter" in reader.keys_in_use:
             _check_rolling(reader, path, catalogue)

@@ -56,7 +56,8 @@ def read_word_key(reader: Reader, path: str, key: Word) -> None:
     if not values:
         reader.unread_laws.add(path)
         if path not in reader.written and path not in reader.written_axes:
-            known = f"write one of {', '.join(key.options)}" if key.options else "name one of a file in `laws`"
+            without = "name one of a file in `laws`" if path.endswith(".law") else "first add what it names"
+            known = f"write one of {', '.join(key.options)}" if key.options else without
             reader.report(path, f"is missing; {known} ({key.text})")
     elif not key.may_be_unused and not key.is_used(reader.names) and _seems_used(reader, path, key):
         reader.report(path, f"is not used by {_law_names_text(reader, key)}; leave it out")

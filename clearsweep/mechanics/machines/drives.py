@@ -27,7 +27,11 @@ _SPEED_TABLE = Columns(
     nonzero=("speed",),
 )
 CRANK_SPEED = ranged(
-    "speed", "rad/s", "constant crank speed, negative for a clockwise crank", "(-inf, inf)", nonzero=True
+    "speed",
+    "rad/s",
+    "constant crank speed, negative for a clockwise crank; other drives have angle, torque, motor or servo instead",
+    "(-inf, inf)",
+    nonzero=True,
 )
 _ANGLE_TABLE = Columns(
     "table",
