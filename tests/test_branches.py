@@ -349,49 +349,6 @@ def test_starts_of_one_chaotic_motion_are_not_told_apart():
     assert set(motions_of(np.array(statistic)).tolist()) == {0}
 
 
-REFUSED = {
-    "two axes": ({"sweep/mechanism.slider.mass": [0.1, 0.2]}, "does not say along which of drive.speed, mech"),
-    "no axis": ({"sweep": None}, "needs a quantity with two values or more"),
-    "one value": ({"sweep/drive.speed": [50.0]}, "needs a quantity with two values or more"),
-    "another axis": ({"simulate/start": {"carried": "drive.sped"}}, "did you mean 'drive.speed'"),
-    "no start": ({"simulate/start": {}}, "found an empty section"),
-    "a wrong key": ({"simulate/start": {"random": 3, "sed": 1}}, "unknown key 'sed'"),
-    "one draw": ({"simulate/start": {"random": 1}}, "expected a whole number from 2"),
-    "half a draw": ({"simulate/start": {"random": 2.5}}, "expected a whole number from 2"),
-    "a table": ({"drive/speed": {"table": {"time [s]": [0, 1], "speed [rpm]": [500, 600]}}}, "drive of constant speed"),
-    "a torque": (
-        {"drive": {"torque": 1.0, "initial_speed": 60.0}, "sweep": {"mechanism.slider.mass": [0.1, 0.2]}},
-        "of constant speed",
-    ),
-    "a load over time": (
-        {"loads": {"press": {"on": "slider", "table": {"time [s]": [0, 1], "fx [N]": [0, 9]}}}},
-        "loads.press.table: a load over time begins again in every case",
-    ),
-    "half a turn": ({"simulate/revolutions": 3.5}, "whole number of revolutions"),
-    "until": ({"simulate/until": {"figure": "rod_slider_force_rms"}}, "conflicts with simulate.until"),
-    "a horizon": ({"simulate/horizon": True}, "conflicts with simulate.horizon"),
-    "a search": ({"refine": {"over": ["drive.speed"]}}, "conflicts with `refine`"),
-    "a sample": ({"sample": {"n": 2, "over": {"mechanism.slider.mass": {"uniform": [0.1, 0.2]}}}}, "`sample`"),
-    "a zip": ({"sweep": None, "zip": {"drive.speed": [50.0, 60.0]}}, "drive.speed is under `zip`"),
-    "a guide": (
-        {
-            "joints": {
-                "slider-ground": {"clearance": 1e-5, "length": 0.1, "height": 0.05, "contact": {"law": "elastic"}}
-            }
-        },
-        "no guides",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", REFUSED)
-def test_what_has_no_branches_is_refused(name):
-    changes, text = REFUSED[name]
-    with pytest.raises(InputError, match=r"simulate\.(start|carried)") as error:
-        loaded(slider_crank(**changes))
-    assert text in str(error.value)
-
-
 def test_a_chain_is_not_divided_into_shards(tmp_path):
     with pytest.raises(InputError, match="not divided into shards"):
         clearsweep.sweep(slider_crank(), tmp_path / "run", shard="1/2", show_progress=False)

@@ -109,11 +109,6 @@ def test_a_pin_wears_beside_a_guide():
     assert summary["crank_rod_wear_volume"] == pytest.approx(2e-16 * energy / 0.05, rel=0.01)
 
 
-def test_wear_of_a_guide_itself_is_refused():
-    with pytest.raises(InputError, match=r"joints\.slider-ground\.wear: unknown key"):
-        clearsweep.load_case(pin_beside_a_guide(wear={"law": "archard", "coefficient": "1e-16 m^2/N"}))
-
-
 def test_layouts_that_are_kept_follow_the_figures_there_are(further):
     case = grid.load(slider_crank("rod-slider"), simulation.catalogue()).case(0)
     assert COLUMN in {column.name for column in simulation.build(case).layout.columns}

@@ -225,34 +225,6 @@ def film_grid(**changes):
     return slider_crank("rod-slider", changes={path.replace("__", "."): value for path, value in changes.items()})
 
 
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"joints.rod-slider.length": "60 mm"}, "1.5 bearing diameters; film 'finite' allows at most 1.2"),
-        ({"joints.rod-slider.length": None}, "a film needs the length along the pin"),
-        ({"simulate.start": "seated"}, "cannot be seated in the film of joints.rod-slider"),
-        (
-            {"joints.rod-slider.contact": None, "joints.rod-slider.film": FILM | {"transition": {"width": "1 um"}}},
-            "applies to the dry contact under a film",
-        ),
-        (
-            {
-                "joints.rod-slider.contact": None,
-                "joints.rod-slider.friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3},
-            },
-            "applies to the dry contact under a film",
-        ),
-        ({"joints.rod-slider.contact": None, "joints.rod-slider.film": None}, "write the section 'contact'"),
-        ({"joints.rod-slider.film": {"law": "finite"}}, "viscosity: is missing"),
-        ({"joints.rod-slider.film": FILM | {"limit": 1.0}}, "at most 0.999"),
-    ],
-)
-def test_a_film_that_cannot_be_is_refused_with_the_reason(changes, sentence):
-    with pytest.raises(InputError) as caught:
-        clearsweep.load_case(film_grid(**changes))
-    assert sentence in str(caught.value)
-
-
 def test_a_film_needs_no_dry_contact_and_has_columns_and_a_channel_of_its_own():
     scene = clearsweep.load_case(film_grid(**{"joints.rod-slider.contact": None}))
     assert type(scene.value.joints[0]) is lubricated.Film
@@ -278,28 +250,6 @@ def test_a_viscosity_at_a_temperature_is_walthers():
     assert read.viscosity / 870.0 == pytest.approx(20.6e-6, rel=5e-3)
     for temperature, kinematic in ((313.15, 46e-6), (373.15, 6.8e-6)):
         assert read.oil.viscosity(temperature) == pytest.approx(870.0 * kinematic, rel=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"temperature": "60 degC", "viscosity": 0.1}, "has no effect, because the viscosity is constant"),
-        ({"temperature": "60 degC", "viscosity": OIL | {"at_100C": "50 mm^2/s"}}, "oil thins as it warms up"),
-        ({"viscosity": OIL}, "temperature: is missing"),
-        (
-            {"viscosity": OIL, "temperature": 333.0, "thermal": {"conductance": 20.0, "ambient": 300.0}},
-            "conflicts with `thermal`",
-        ),
-        (
-            {"viscosity": 0.1, "transition": {"law": "greenwood-tripp", "roughness": "0.4 um"}},
-            "write E* of both bodies",
-        ),
-    ],
-)
-def test_an_oil_or_asperities_that_cannot_be_are_refused(changes, sentence):
-    with pytest.raises(InputError) as caught:
-        clearsweep.load_case(film_grid(**{"joints.rod-slider.film": {"law": "short"} | changes}))
-    assert sentence in str(caught.value)
 
 
 def test_the_remarks_on_films_name_joint_and_figures():

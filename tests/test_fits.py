@@ -5,7 +5,6 @@ import dataclasses
 import itertools
 import json
 import math
-import re
 from fractions import Fraction
 
 import numpy as np
@@ -140,44 +139,6 @@ def test_a_normal_fit_has_its_limits_at_three_standard_deviations():
     assert values.mean() == pytest.approx(20.5e-6, rel=1e-3)
     assert within.mean() == pytest.approx(math.erf(math.sqrt(0.5)) / math.erf(3.0 * math.sqrt(0.5)), abs=2e-3, rel=2e-3)
     assert 10e-6 <= values.min() < values.max() <= 31e-6
-
-
-MISTAKES = {
-    "interference": ({CLEARANCE: {"fit": "H7/p6"}}, "found H7/p6, an interference fit at a nominal diameter of 20 mm"),
-    "transition": ({CLEARANCE: {"fit": "H7/k6"}}, "diametral clearance is -15 to 19 um, radial -7.5 to 9.5 um"),
-    "no play": ({CLEARANCE: {"fit": "H7/h6"}}, "a fit that may have no clearance"),
-    "shaft first": ({CLEARANCE: {"fit": "f7/H7"}}, "hole before shaft, such as H7/f7"),
-    "unknown letter": ({CLEARANCE: {"fit": "H7/q6"}}, "'q6' is not a known tolerance class; known are holes A,"),
-    "forced hole": ({CLEARANCE: {"fit": "R7/h6"}}, "other holes from J to ZC are made for transition and interference"),
-    "tight hole": ({CLEARANCE: {"fit": "K7/h6"}}, "found K7/h6, a transition fit at a nominal diameter of 20 mm"),
-    "unknown grade": ({CLEARANCE: {"fit": "H14/f7"}}, "in the grades 1 to 13"),
-    "too small": (
-        {CLEARANCE: {"fit": "H7/f7"}, RADIUS: "0.49 mm"},
-        "fits are known from 1 to 500 mm: write the radial",
-    ),
-    "no unit": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: 40}, "1 to 500 mm: a bearing_radius without a unit is in m"),
-    "too large": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: "251 mm"}, "a nominal diameter of 502 mm, twice the bearing"),
-    "number": ({CLEARANCE: {"fit": 7}}, "found 7; expected a fit of ISO 286"),
-    "axis as value": ({CLEARANCE: {"fits": ["H7/f7"]}}, "expected {fit: H7/f7}"),
-    "radius varied": (
-        {"sweep": {RADIUS: ["10 mm", "20 mm"]}, CLEARANCE: {"fit": "H7/f7"}},
-        f"{RADIUS} is varied: vary both together under `zip`",
-    ),
-    "unknown spread": (
-        {"sample": {"method": "random", "n": 4, "over": {CLEARANCE: {"fit": "H7/f7", "distribution": "norm"}}}},
-        "unknown distribution 'norm' of a fit; did you mean 'normal'? (known: uniform, normal)",
-    ),
-}
-
-
-@pytest.mark.parametrize("overrides", MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_reported_once_with_its_reason(overrides):
-    given, sentence = overrides
-    sections = {key: value for key, value in given.items() if "." not in key}
-    with pytest.raises(InputError, match=re.escape(sentence)) as error:
-        at(sections, {key: value for key, value in given.items() if "." in key})
-    assert str(error.value).count(CLEARANCE + ":") == 1
-    assert len(str(error.value).splitlines()) == 1
 
 
 @pytest.mark.slow

@@ -73,25 +73,6 @@ def test_the_damper_can_be_swept_in_its_unit(tmp_path):
     assert restitutions == pytest.approx(expected, rel=1e-7)
 
 
-@pytest.mark.parametrize(
-    ("contact", "words"),
-    [
-        ({"restitution": 0.9, "damping": 1e9}, ("damping", "replaces restitution", "one of")),
-        ({"damping": 1e9, "damping_factor": 1.0}, ("damping_factor", "replaces damping")),
-        ({}, ("restitution: is missing", "restitution, damping, damping_factor")),
-        ({"law": "flores", "restitution": 0.9, "damping_factor": 1.0}, ("equals hunt-crossley",)),
-        ({"law": "exact", "restitution": 0.9, "damping": 1e9}, ("equals hunt-crossley",)),
-        ({"damping": "1e9 N*s/m"}, ("N*s/m^2.5",)),
-        ({"damping": -1.0}, ("at least 0",)),
-    ],
-)
-def test_conflicting_or_missing_dampers_are_refused(contact, words):
-    """By their path, with what is allowed."""
-    with pytest.raises(InputError) as caught:
-        clearsweep.load_case(impact_grid(1.0, **contact))
-    assert all(word in str(caught.value) for word in words), str(caught.value)
-
-
 def test_a_swept_key_without_its_path_is_told_with_its_laws(tmp_path):
     """`sweep: {damping: ...}` names the path and the laws that take it."""
     grid = tmp_path / "grid.yaml"

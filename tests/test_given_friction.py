@@ -11,7 +11,6 @@ from planar_machines import four_bar, slider_crank
 
 import clearsweep
 from clearsweep.contracts.machine import Braking, Constant, Rubbing
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints.contract import Load
 from clearsweep.mechanics.laws.friction import Ambrosio, Stribeck, Tanh, friction_force
 from clearsweep.mechanics.machines import planar
@@ -173,45 +172,6 @@ def test_preload_of_a_guide_that_turns_is_in_the_ledger_and_in_its_friction_powe
     assert path.summary["energy_residual"] < 1e-9
     taken = np.trapezoid(np.abs(path["joints/guide/vx"]) * 0.1 * 20.0, path.t) / path.t[-1]
     assert path.summary["guide_friction_power"] > 0.9 * taken
-
-
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"loads__blade__on": "coupler-rocker"}, "has clearance.*give it `preload`"),
-        ({"loads__blade__friction": {"law": "tanh", "force": "3 N", "velocity_scale": 0.1}}, "is a pin.*write torque"),
-        ({"loads__blade__friction": {"law": "stribeck", "torque": 3}}, "static_torque: is missing"),
-        (
-            {
-                "loads__blade__friction": {
-                    "law": "brown-mcphee",
-                    "torque": "3 N*m",
-                    "static_torque": "2 N*m",
-                    "stribeck_velocity": 1,
-                }
-            },
-            "allowed: at most 2 N",
-        ),
-        ({"loads__blade__friction": {"law": "tanh", "torque": 3, "velocity_scale": "1 mm/s"}}, "rad/s"),
-        (
-            {
-                "loads__blade__friction": STICKS,
-                "joints__coupler_X_rocker__friction": {
-                    "law": "karnopp",
-                    "coefficient": 0.1,
-                    "static_coefficient": 0.2,
-                    "stribeck_velocity": "1 m/s",
-                    "band": "1 mm/s",
-                },
-            },
-            "cannot stick, because a joint with clearance has a law that sticks, too",
-        ),
-        ({"loads__blade__friction": {"law": "tanh", "torque": 3, "radius": 0.01, "velocity_scale": 1}}, "radius"),
-    ],
-)
-def test_mistakes_are_reported(changes, sentence):
-    with pytest.raises(InputError, match=sentence):
-        clearsweep.load_case(grid(**changes))
 
 
 def stopping(**changes):

@@ -543,14 +543,6 @@ def test_a_mistake_in_an_extended_file_has_its_place_there(at, tmp_path):
     assert len(caught.value.problems) == 1
 
 
-def test_a_merge_key_is_one_error_with_the_remedy(problems_in):
-    text = TEXT.replace("  rod-slider:\n", "  crank-rod: &pin\n", 1) + "x: 1\n"
-    text = text.replace("simulate:", "  rod-slider: {<<: *pin, clearance: 0.2 mm}\nsimulate:").replace("x: 1\n", "")
-    (problem,) = problems_in(text)
-    assert "merge keys belong to YAML 1.1" in problem
-    assert "extends: FILE" in problem
-
-
 def test_loading_a_grid_imports_neither_the_compiler_nor_pandas_nor_h5py():
     heavy = "{'llvmlite', 'pandas', 'h5py', 'numpy', 'pint'}"
     code = f"import sys, clearsweep.grid; sys.exit(bool({heavy} & set(sys.modules)))"

@@ -6,13 +6,11 @@ import io
 import json
 
 import pyarrow.parquet as pq
-import pytest
 from fake_runs import Run
-from test_written_units import BASE, CLEARANCE, RESTITUTION, SPEED, loaded
+from test_written_units import BASE, CLEARANCE, RESTITUTION, loaded
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.study import prepare
 from clearsweep.sweeping import summary
@@ -47,30 +45,6 @@ def test_a_grid_read_from_its_record_keeps_labels():
     record = json.loads(json.dumps(first.resolved() | {"labels": first.labels}))
     second = dataclasses.replace(grid.load(first.resolved(), simulation.catalogue()), **grid.as_written(record))
     assert second.labels == first.labels
-
-
-@pytest.mark.parametrize(
-    ("way", "axis", "text"),
-    [
-        ("sweep", {"linspace": "1 um", "loose": "2 um"}, "'linspace' is reserved and cannot label a value"),
-        ("sweep", {"fit": "1 um", "loose": "2 um"}, "'fit' is reserved"),
-        ("sweep", {"1": "1 um", "2": "2 um"}, "found the label '1'"),
-        ("sweep", {"x" * 41: "1 um", "y": "2 um"}, "at most 40 printable characters"),
-        ("sweep", {"tight": "1 um", "loose": "1 um"}, "duplicate value '1 um'"),
-        ("sweep", {"tight": "1 um", "loose": "2 kg"}, "another dimension"),
-        ("sweep", {"tight": ["1 um"], "loose": "2 um"}, "expected a list such as [a, b], {label: a, other label: b}"),
-        ("zip", {"tight": "1 um", "loose": "1 um"}, "has two labels for one value"),
-    ],
-)
-def test_wrong_labels_are_refused(way, axis, text):
-    with pytest.raises(InputError, match=r"clearance") as raised:
-        loaded(**{way: {CLEARANCE: axis, SPEED: [10.0, 20.0]}})
-    assert text in str(raised.value)
-
-
-def test_names_of_laws_are_their_own_labels():
-    with pytest.raises(InputError, match="only numbers have labels"):
-        loaded(sweep={"joints.rod-slider.contact.law": {"a": "hertz", "b": "flores"}})
 
 
 def test_the_schema_takes_labels_but_no_reserved_word():

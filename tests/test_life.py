@@ -107,45 +107,6 @@ def test_hours_of_a_life_are_limited_in_hours_and_are_numbers_in_figures():
         loaded({"limits": {"rod_slider_life_hours": "1 m"}})
 
 
-TIMES = {"time": [0.0, 1.0], "fx": [0.0, 10.0]}
-MISTAKES = {
-    "joint without clearance": (
-        {},
-        {"joint": "crank-rod"},
-        "life.joint: crank-rod has no clearance in this grid; name one",
-    ),
-    "no joint of the mechanism": ({}, {"joint": "rod-slide"}, "did you mean 'rod-slider'"),
-    "no wear": ({"joints.rod-slider.wear": None}, {}, "rod-slider.wear: is missing; life needs the wear"),
-    "deep": (
-        {},
-        {"limit": "1.1 mm"},
-        "life.limit: found 1.1 mm; allowed: at most 0.1 of joints.rod-slider.bearing_rad",
-    ),
-    "no limit": ({}, {"limit": None}, "life.limit: found nothing; expected a quantity in m"),
-    "of what": ({}, {"of": "depth"}, "life.of: unknown word 'depth' (known: wear_depth_max, clearance_growth)"),
-    "one block": ({}, {"blocks": 1}, "life.blocks: found 1, out of range; allowed: a whole number at least 2"),
-    "half a block": ({"simulate.revolutions": 3.5}, {}, "found 2.5 revolutions after simulate.discard; with life the"),
-    "short": (
-        {},
-        {"max_revolutions": 2},
-        "life.max_revolutions: found 2; allowed: at least 3, the value of simulate.re",
-    ),
-    "until": ({"simulate.until": {"figure": "rod_slider_force_rms"}}, {}, "simulate.until: has no effect with `life`"),
-    "checked": ({"simulate.error_check": True}, {}, "simulate.error_check: has no effect with `life`"),
-    "worst": ({"save.worst": 3}, {}, "save.worst: has no effect with `life`, because the history of a life"),
-    "run-up": ({"drive.speed": {"table": {"time": [0, 1], "speed": [1, 2]}}}, {}, "depends on time, but `life`"),
-    "load": ({"loads": {"push": {"on": "slider", "table": TIMES}}}, {}, "loads.push.table: depends on time"),
-    "swept": ({"sweep": {"life.blocks": [10, 20]}}, {}, "life.blocks"),
-}
-
-
-@pytest.mark.parametrize(("changes", "keys", "text"), MISTAKES.values(), ids=MISTAKES)
-def test_what_a_life_cannot_be_is_refused_with_what_to_do(changes, keys, text):
-    with pytest.raises(InputError) as caught:
-        loaded(changes, **keys)
-    assert text in str(caught.value)
-
-
 # ---------------------------------------------------------------------------------------------- store
 
 

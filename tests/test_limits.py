@@ -3,7 +3,6 @@
 import math
 
 import fake_physics
-import fake_runs
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
@@ -161,37 +160,6 @@ def test_all_else_is_refused_and_nothing_is_run(text):
         expression.unit_of(text, UNITS)
 
 
-MISTAKES = {
-    "limits: {rod_slider_force_peak: {at_mots: 5 kN}}\n": "21:34: limits.rod_slider_force_peak.at_mots: unknown "
-    "key 'at_mots'; did you mean 'at_most'?",
-    "limits: {rod_slider_force_peak: {times: steps}}\n": "21:33: limits.rod_slider_force_peak: contains no limit; add",
-    "limits: {rod_slider_force_peak: {at_most: 2, times: rod_slider_force_peak_idael}}\n": "21:53: limits."
-    "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is not a column of this grid; did you mean 'rod_slider",
-    "limits: {rod_slider_force_peak: {at_most: 2 kN, times: rod_slider_force_peak_ideal}}\n": "21:43: limits."
-    "rod_slider_force_peak.at_most: found '2 kN', whose unit kN has another dimension",
-    "limits: {rod_slider_force_peak: {at_most: 2, times: slider_error_max}}\n": "21:43: limits.rod_slider_force_peak."
-    "at_most: found 2; it is in N/m, because rod_slider_force_peak is in N and slider_error_max in m; write the unit",
-    'figures: {steps: "2 * rhs_evaluations"}\n': "21:11: figures.steps: is a column already",
-    'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a reserved name",
-    'figures: {ratio: "2 * stebs"}\n': (
-        "21:18: figures.ratio: 'stebs' is not a column of this grid; did you mean 'steps'?"
-    ),
-    'figures: {sum: "steps + run_time"}\n': "21:16: figures.sum: 'steps' in 1 and 'run_time' in s cannot be added",
-    "figures: {double: 2}\n": "21:19: figures.double: found '2', which contains no column",
-    'figures: {b: "a + 1", a: "2 * steps"}\n': "21:14: figures.b: 'a' is not a column of this grid",
-    "figures: {}\n": "21:10: figures: contains no figure; for example: `headroom:",
-}
-
-
-@pytest.mark.parametrize(("line", "message"), MISTAKES.items())
-def test_a_mistake_is_reported_with_its_place(line, message, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "grid.yaml").write_text(fake_runs.TEXT + line, encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        fake_runs.load("grid.yaml")
-    assert any(problem.startswith(f"grid.yaml:{message}") for problem in caught.value.problems), caught.value.problems
-
-
 def test_a_name_that_is_nearly_right_is_reported_in_a_line():
     for limit in ({"rod_slider_force_peek": 1.0}, {PEAK: {"at_mots": 1.0}}):
         with pytest.raises(InputError) as caught:
@@ -293,13 +261,6 @@ def test_a_case_from_python_is_judged_like_one_of_a_sweep():
     assert result["limits_exceeded"] == PEAK
     assert result["margin"] == pytest.approx(1.0 - result[PEAK], rel=1e-12)
     assert result["headroom"] == pytest.approx(1.0 - result[PEAK] / (2.0 * result[IDEAL]), rel=1e-12)
-
-
-def test_until_cannot_judge_an_own_figure():
-    source = fake_physics.grid(figures=HEADROOM)
-    source["simulate"] = {"until": {"figure": "headroom", "relative_ci": 0.1, "max_revolutions": 100}}
-    with pytest.raises(InputError, match="headroom"):
-        grid.load(source, fake_physics.CATALOGUE)
 
 
 def test_margins_beyond_a_bound_are_multiples_of_it_and_never_negative():

@@ -215,36 +215,6 @@ def test_laws_fits_and_whole_numbers_are_chosen(at):
     assert Choice("range", (1.0, 100.0)).value_at(0.5) == pytest.approx(10.0)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("minimise: rod_slider_force_peak", "minimise: rod_slider_force_peek", "did you mean 'rod_slider_force_peak'"),
-        ("  minimise: rod_slider_force_peak\n", "", "optimise.minimise: is missing"),
-        ("cases: 20", "cases: none", "optimise.cases: found 'none'"),
-        ("[20 um, 300 um]", "[300 um, 20 um]", "is not below the second"),
-        ("[20 um, 300 um]", "20 um", "expected [low, high], {among: [...]}"),
-        ("{among: [hunt-crossley, flores]}", "[hunt-crossley, flores]", "this key takes {among: [...]}"),
-        ("cases: 20", "cases: 20\n  case: 3", "unknown key 'case'; did you mean 'cases'?"),
-        ("optimise:\n", "sweep: {drive.speed: [1 rpm, 2 rpm]}\noptimise:\n", "conflicts with `sweep`"),
-    ],
-)
-def test_a_mistake_is_reported(problems_in, old, new, message):
-    problems = problems_in(OPTIMISED.replace(old, new))
-    assert any(message in problem for problem in problems), problems
-
-
-def test_all_mistakes_of_the_section_are_reported_at_once(problems_in):
-    section = "{over: {define.plai: [1 um, 2 um], drive.speed: [3 rpm, 2 rpm]}, minimise: rod_slider_force, cases: 1.5}"
-    problems = "\n".join(problems_in(f"{TEXT}optimise: {section}\n"))
-    for text in (
-        "'plai' is not defined",
-        "swap them",
-        "is not a column of this grid",
-        "found 1.5; allowed: a whole number",
-    ):
-        assert text in problems
-
-
 def test_the_report_has_the_best_cases(tmp_path):
     out = tmp_path / "run"
     quiet(asked(minimise=["miss", "rod_slider_force_peak"]), out)

@@ -128,31 +128,6 @@ def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
     assert quiet(record, tmp_path / "run").ran == 0
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"refine": 200}, "refine: found 200; expected a section such as {along: limits, cases: 200}"),
-        ({"refine": {"along": "limits"}}, "refine.cases: is missing"),
-        ({"refine": {"case": 3, "cases": 3}}, "refine.case: unknown key 'case'; did you mean 'cases'?"),
-        ({"refine": {"along": "limit", "cases": 3}}, "refine.along: found 'limit'; expected limits"),
-        ({"refine": {"cases": 0}}, "refine.cases: found 0; allowed: a whole number from 1"),
-        ({"refine": {"cases": 2.5}}, "refine.cases: found 2.5; allowed: a whole number from 1"),
-        ({"limits": None}, "refine: needs limits, whose border it refines"),
-        ({"sweep": {MASS: [0.1]}}, "refine: cannot add cases between those of the grid"),
-        ({"sweep": {"simulate.step_budget": [10, 20]}}, "refine: cannot add cases between those of the grid"),
-        (
-            {"seek": {"largest": "mechanism.rod.mass", "between": ["0.1 kg", "0.9 kg"], "within": "1 g"}},
-            "refine: conflicts with `seek`",
-        ),
-        ({"refine": {"cases": 3, "added": {MASS: [0.2]}}}, "refine.added: lacks a value of a swept path"),
-    ],
-)
-def test_a_mistake_is_reported(changes, message):
-    with pytest.raises(InputError) as caught:
-        grids.load(refining_grid(**changes), Fake.catalogue())
-    assert any(message in problem for problem in caught.value.problems), caught.value.problems
-
-
 def test_shards_of_what_is_refined_are_refused_with_a_way_out(tmp_path):
     with pytest.raises(InputError, match="run the shards without `refine` and merge them"):
         quiet(refining_grid(), tmp_path / "run", shard="1/2")

@@ -15,19 +15,15 @@ from hypothesis import strategies as st
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep import grid
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.laws import reynolds
 from clearsweep.mechanics.laws.contract import RECIPES
 from clearsweep.mechanics.laws.film import FilmMotion, film_force, film_pressure
 from clearsweep.mechanics.laws.reynolds import Short
-from clearsweep.simulation import catalogue
 from clearsweep.simulation.advice import advice
 from clearsweep.tracing.compiled.dual import Dual
 
 TABLE = runpy.run_path(str(Path(__file__).parent.parent / "docs/tools/film_table.py"))
-SIGNS = (1.0, -1.0)
 SLENDER = (0.2, 0.33, 0.5, 0.8, 1.0, 1.4, 2.0)
 
 
@@ -260,27 +256,9 @@ def test_a_film_without_a_law_is_one_of_reynolds():
         clearsweep.load_case(oiled_grid(length))
 
 
-@pytest.mark.parametrize(
-    ("length", "film", "sentence"),
-    [
-        ("120 mm", {}, "found 3 bearing diameters; film 'reynolds', the law where none is written, allows 0.2 to 2"),
-        ("4 mm", {}, "choose the law short for a shorter bearing, long for a longer one"),
-        ("4 mm", {"law": "reynolds"}, "found 0.1 bearing diameters; film 'reynolds' allows 0.2 to 2"),
-        ("60 mm", {"law": "finite"}, "film 'finite' allows at most 1.2: beyond, its fit of the squeeze changes sign"),
-    ],
-)
-def test_a_bearing_beyond_the_table_is_refused_with_the_laws_that_hold(length, film, sentence):
-    with pytest.raises(InputError) as caught:
-        clearsweep.load_case(oiled_grid(length, **film))
-    assert sentence in str(caught.value)
+@pytest.mark.parametrize("length", ["120 mm", "4 mm", "60 mm"])
+def test_the_law_of_a_short_bearing_is_allowed_at_every_length(length):
     clearsweep.load_case(oiled_grid(length, law="short"))
-
-
-def test_of_a_sweep_the_shortest_and_the_longest_bearing_are_looked_at():
-    for lengths, laws in ((["20 mm", "100 mm"], ["reynolds"]), (["5 mm", "20 mm"], ["long", "reynolds"])):
-        swept = oiled_grid() | {"sweep": {"joints.rod-slider.length": lengths, "joints.rod-slider.film.law": laws}}
-        with pytest.raises(InputError, match=r"film 'reynolds' allows 0\.2 to 2"):
-            grid.load(swept, catalogue())
 
 
 def test_advice_reports_for_which_bearings_a_law_of_a_film_holds():

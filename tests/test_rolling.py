@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import clearsweep
-from clearsweep import InputError
 from clearsweep.cli import verbs
 from clearsweep.mechanics.joints.rolling import (
     Rolling,
@@ -386,39 +385,6 @@ def test_step_lengths_by_contacts_do_not_double_with_each_element():
 
 
 # ---------------------------------------------------------------------------------------------- refusals
-
-
-@pytest.mark.parametrize(
-    ("joint", "changes", "path", "sentence"),
-    [
-        (
-            BALL,
-            {"elements": 13},
-            "element_diameter",
-            "13 elements on a pitch diameter of 43.5 mm overlap",
-        ),
-        (BALL, {"groove": [0.5, 0.53]}, "groove.0", "found 0.5, out of range; allowed: above 0.5"),
-        (BALL, {"groove": None}, "groove", "is missing; write the radii of both grooves"),
-        (BALL, {"length": "10 mm"}, "length", "is not used by kind 'ball', only by needle, roller"),
-        (BALL, {"bore": "33 mm"}, "bore", "allowed: below 32 mm"),
-        (BALL, {"clearance": "-2 mm"}, "clearance", "up to 1.15 mm either way"),
-        (BALL, {"friction": {"law": "coulomb", "coefficient": 0.1, "velocity_scale": "1 mm/s"}}, "bore", "is missing"),
-        (BALL, {"film": {"viscosity": "0.1 Pa*s"}}, "film", "grease and the film"),
-        (BALL, {"wear": {"law": "archard"}}, "wear", "is not modelled"),
-        (BALL, {"bearing_radius": "10 mm"}, "bearing_radius", "write element_diameter and pitch_diameter"),
-        (BALL, {"type": "rollin"}, "type", "did you mean 'rolling'"),
-        (BALL, {"contact": {"law": "hunt-crossley"}}, "contact.restitution", "is missing"),
-        (ROLLER, {"length": None}, "length", "is missing for roller"),
-        (ROLLER, {"groove": [0.52, 0.53]}, "groove.0", "is not used by kind 'roller', only by ball"),
-        (ROLLER, {"material": {"young": "200 GPa"}}, "material.young", "is not used by kind 'roller'"),
-    ],
-)
-def test_a_bearing_that_cannot_be_is_refused(joint, changes, path, sentence):
-    changed = {key: value for key, value in (joint | changes).items() if value is not None}
-    with pytest.raises(InputError) as refusal:
-        load_case(slider_crank({"crank-rod": changed}))
-    problems = str(refusal.value).splitlines()
-    assert any(f"joints.crank-rod.{path}: " in problem and sentence in problem for problem in problems), problems
 
 
 def test_a_load_above_the_static_rating_is_a_remark():

@@ -13,7 +13,6 @@ from test_rolling import BALL
 from clearsweep import grid, simulation
 from clearsweep.grid.library import BEARINGS, bearing_names
 from clearsweep.grid.library.fits import BearingSizes, Fit, find_group, mounted
-from clearsweep.language.errors import InputError
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts
 
@@ -221,45 +220,6 @@ def test_both_clearances_are_printed_and_a_shared_definition_is_remarked():
     assert not any("define." in warning for warning in warnings)
 
 
-WITHOUT_BORE = {key: value for key, value in BEARING.items() if key != "bore"}
-MISTAKES = {
-    "unknown group": (BEARING | {"clearance": {"group": "C7"}}, r"unknown group 'C7'.*known: C2, CN, C3, C4, C5"),
-    "group at no bore": (WITHOUT_BORE, r"found the group 'C3', which needs the bore: joints.crank-rod.bore"),
-    "group at this bore": (
-        BEARING | {"bore": "5 mm", "clearance": {"group": "C5"}},
-        r"group C5, which ISO 5753-1 does not have for deep groove ball bearings with a bore of 5 mm; known there: C2",
-    ),
-    "bore without a unit": (BEARING | {"bore": 25}, r"a bore without a unit is in m"),
-    "group and number": (BEARING | {"clearance": {"group": "C3", "value": "3 um"}}, r"expected \{group: C3\}"),
-    "named group and number": (
-        NAMED | {"bearing": "6305 C3", "clearance": "3 um"},
-        r"conflicts with the group C3 in the name of the bearing",
-    ),
-    "fit of a pin": (BEARING | {"clearance": {"fit": "H7/f7"}}, r"has a mounting without a group"),
-    "order of a fit": (
-        NAMED | {"clearance": {"fit": "H7/k5"}},
-        r"found 'H7/k5'; expected the shaft's class before the housing's, such as k5/H7",
-    ),
-    "unknown class": (NAMED | {"clearance": {"fit": "k5/Q7"}}, r"'Q7' is not a known tolerance class"),
-    "a temperature": (NAMED | {"clearance": {"inner_warmer": "60 degC"}}, r"expected a difference of temperatures"),
-    "no outside": (BEARING | {"clearance": {"group": "C3", "fit": "k5/H7"}}, r"outside_diameter is missing"),
-    "unknown bearing": (NAMED | {"bearing": "6204-2Z"}, r"unknown name '6204-2Z'; did you mean '6204'"),
-    "unknown group of a name": (NAMED | {"bearing": "6204 C9"}, r"unknown group 'C9'"),
-    "group of a needle": (NAMED | {"bearing": "HK1612 C3", "unchecked": True}, r"HK1612 has no group"),
-    "needle from memory": (NAMED | {"bearing": "HK1612", "clearance": "20 um"}, r"are from memory"),
-    "needle's clearance": (NAMED | {"bearing": "HK1612", "unchecked": True}, r"clearance: is missing"),
-    "consent alone": (BEARING | {"unchecked": True}, r"belongs next to a name of the library \(bearing\)"),
-    "tight outside": (BEARING | {"outside_diameter": "50 mm"}, r"found 50 mm; allowed: above 55 mm"),
-}
-
-
-@pytest.mark.parametrize("name", MISTAKES)
-def test_a_mistake_is_answered(name):
-    joint, message = MISTAKES[name]
-    with pytest.raises(InputError, match=message):
-        load(joint)
-
-
 NAMES = f"{JOINT}.bearing"
 
 
@@ -284,23 +244,6 @@ def test_names_of_a_sweep_may_be_numbers_and_all_elements_have_a_channel():
     assert f"{len(forces)} elements" == f"{BEARINGS['6205'].values['elements'].typical:g} elements"
 
 
-@pytest.mark.parametrize(
-    ("joint", "sections", "message"),
-    [
-        (NAMED, {"sweep": {NAMES: ["6204", "HK1612"]}}, "and 6305 a deep groove ball bearing; write a grid for each"),
-        (NAMED, {"sweep": {NAMES: ["6204", "62077"]}}, r"unknown bearing '62077'; did you mean '6207'"),
-        (NAMED, {"sweep": {NAMES: ["6204"], CLEARANCE: {"groups": ["C2"]}}}, "write the groups in its names"),
-        (BEARING, {"sweep": {NAMES: ["6204"]}}, "is not written outside `sweep`; write one there too"),
-        (NAMED | {"clearance": {"group": "CN"}}, {"sweep": {NAMES: ["6204 C3"]}}, "conflicts with the group C3"),
-        (NAMED | {"clearance": "10 um", "fit": "k5/H7"}, {}, "mounts a group, and clearance has none"),
-        (NAMED | {"clearance": {"fit": "k5/H7"}, "fit": "k5/H7"}, {}, "write fit in one of the two places"),
-    ],
-)
-def test_a_mistake_in_a_swept_bearing_or_its_mounting_is_answered(joint, sections, message):
-    with pytest.raises(InputError, match=message):
-        load(joint, **sections)
-
-
 def test_a_mounting_on_the_joint_is_that_of_every_group():
     groups = {CLEARANCE: {"groups": ["C2", "C3"], "fit": "k5/N7"}}
     mounted_axes = load(NAMED, sweep=groups).axes
@@ -308,27 +251,7 @@ def test_a_mounting_on_the_joint_is_that_of_every_group():
     assert load(NAMED | {"fit": "k5/N7"}, sweep=groups).axes == mounted_axes
 
 
-def test_a_life_needs_a_rating():
-    with pytest.raises(
-        InputError,
-        match=r"crank_rod_life_l10r: needs the rating of the bearing; write joints.crank-rod.capacity.dynamic",
-    ):
-        load(limits={"crank_rod_life_l10r": {"at_least": "20000 h"}})
-
-
-def test_a_search_among_pins_and_bearings_is_refused():
-    joint = BEARING | {"clearance": "10 um"}
-    section = {"largest": CLEARANCE, "among": {"fits": ["H7/f7"]}, "for": "all"}
-    with pytest.raises(InputError, match=r"expected \{groups: \[CN, C3\]\}"):
-        load(joint, seek=section, limits={"crank_rod_force_peak": "5 kN"})
-
-
-def test_sizes_in_step_have_to_fit_row_by_row_and_in_a_product_all_together():
+def test_sizes_in_step_have_to_fit_row_by_row():
     sizes = {f"{JOINT}.element_diameter": ["11.5 mm", "20 mm"], f"{JOINT}.pitch_diameter": ["43.5 mm", "80 mm"]}
     plain = {"kind": "ball", "clearance": "10 um"}
     assert len(load(BEARING | plain, zip=sizes)) == 2
-    with pytest.raises(InputError, match="overlap"):
-        load(BEARING | plain, sweep=sizes)
-    swapped = sizes | {f"{JOINT}.pitch_diameter": ["80 mm", "43.5 mm"]}
-    with pytest.raises(InputError, match="overlap"):
-        load(BEARING | plain, zip=swapped)

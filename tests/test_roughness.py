@@ -10,7 +10,7 @@ from rough_profile import profile
 from scipy.integrate import quad
 
 import clearsweep
-from clearsweep import InputError, grid, simulation
+from clearsweep import grid, simulation
 from clearsweep.contracts.case import Roughness
 from clearsweep.mechanics import describe
 from clearsweep.mechanics.joints import registry
@@ -299,27 +299,6 @@ def test_a_profile_takes_the_place_of_dimension_and_scale_by_its_content(tmp_pat
     assert elastic_force(term_of(joint), 1e-6) == elastic_force(term_of(given), 1e-6)
     assert loaded(with_profile(tmp_path / "b.csv")).case_id(0) == first.case_id(0)
     assert loaded(with_profile(tmp_path / "a.csv", seed=2)).case_id(0) != first.case_id(0)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        (lambda: source(dimension=None), "roughness.dimension: is missing for fractal"),
-        (lambda: source(law="kogut-etsion", scale=None), "roughness.scale: is missing for kogut-etsion"),
-        (lambda: source(dimension=2.0), "out of range; allowed: above 1 and below 2"),
-        (lambda: source(law="smoth"), "did you mean 'smooth'"),
-        (lambda: changed(source(), {"joints.rod-slider.length": None}), "roughness 'fractal' needs the joint's length"),
-        (
-            lambda: changed(source(), {"joints.rod-slider.contact": {"law": "hertz", "stiffness": 1e9}}),
-            "roughness 'fractal' needs both bodies' material",
-        ),
-        (lambda: source(from_profile={"x": [0, 1], "height": [0, 1]}), "conflicts with from_profile"),
-    ],
-)
-def test_what_a_rough_joint_lacks_is_reported(given, message):
-    with pytest.raises(InputError) as caught:
-        loaded(given())
-    assert message in str(caught.value)
 
 
 def test_a_smooth_joint_compiles_to_what_it_was():

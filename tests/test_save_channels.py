@@ -67,24 +67,3 @@ def test_a_resolved_grid_stores_the_same(at):
     again = grids.load(first.resolved(), SIMULATION.catalogue())
     assert again.layout.listed == first.layout.listed == ("slider/a", "slider/x")
     assert first.case_id(0) == at(TEXT).case_id(0)  # what is saved is no part of a case
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            "{orbits: last, channels: [slider/a, slider/acc]}",
-            "20:43: save.channels: there is no channel 'slider/acc'; did you mean 'slider/a'?",
-        ),
-        (
-            "{orbits: last, channels: slider/a}",
-            "20:32: save.channels: found 'slider/a'; expected a list of names, such as [slider/a, crank/torque]",
-        ),
-        ("{orbits: last, channels: []}", "20:32: save.channels: found a list; expected a list of names"),
-        ("{orbits: last, channels: [[slider/a]]}", "20:33: save.channels: found a list; expected a list of names"),
-        ("{orbits: none, channels: [slider/a]}", "20:32: save.channels: is not used, as save.orbits is none"),
-    ],
-)
-def test_a_mistake_is_reported(problems_in, text, message):
-    (problem,) = problems_in(saving(text))
-    assert message in problem

@@ -168,38 +168,6 @@ def test_killed_at_any_round_it_continues_to_the_same_answers(tmp_path, after):
     assert same_results(out, tmp_path / "whole")
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"largest": "mechanism.slider.mas"}, "seek.between: is no key of this grid; did you mean"),
-        ({"largest": None}, "seek.largest: is missing"),
-        ({"smallest": MASS}, "seek.largest: has both largest and smallest"),
-        ({"largest": GRAVITY}, "is under 'sweep' already"),
-        ({"largest": "simulate.step_budget"}, "is a whole number, which has no values in between"),
-        ({"between": ["0.9 kg", "0.1 kg"]}, "seek.between: the first value is not below the second"),
-        ({"between": ["0.1 kg", 0.9]}, "found 0.9 without a unit next to '0.1 kg'"),
-        ({"between": ["0.1 mm", "0.2 mm"]}, "has another dimension"),
-        ({"between": None}, "seek.between: is missing; write the range"),
-        ({"within": None}, "seek.within: is missing"),
-        ({"within": "0.5 kg"}, "seek.within: found 0.5 kg; allowed: 8e-13 kg to 0.2 kg, a quarter of the range"),
-        ({"meeting": "limit"}, "seek.meeting: found 'limit'; expected limits"),
-        ({"for": "most"}, "seek.for: found 'most'; expected each or all"),
-        ({"form": "each"}, "seek.form: unknown key 'form'; did you mean 'for'?"),
-    ],
-)
-def test_a_mistake_is_reported(changes, message):
-    with pytest.raises(InputError) as caught:
-        loaded(searching(**changes))
-    assert any(message in problem for problem in caught.value.problems), caught.value.problems
-
-
-def test_without_limits_nothing_can_be_sought():
-    source = searching()
-    del source["limits"]
-    with pytest.raises(InputError, match="needs limits that the cases must meet"):
-        loaded(source)
-
-
 def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
     first = loaded(searching(gravities=(GOOD, 1e-3)))
     again = loaded(first.resolved())
@@ -235,13 +203,6 @@ def test_paths_in_step_have_one_value(tmp_path):
     again = quiet(searching(largest=[MASS, rod]), tmp_path / "run")
     assert again.ran == 0
     assert "within the limits" in run_text(of_run(again))
-
-
-def test_paths_in_step_of_other_units_are_refused(tmp_path):
-    with pytest.raises(InputError, match="whose unit kg has another dimension"):
-        loaded(searching(largest=[MASS, PLAY]))
-    with pytest.raises(InputError, match="occurs twice"):
-        loaded(searching(largest=[MASS, MASS]))
 
 
 def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp_path):
@@ -377,19 +338,6 @@ def test_fits_are_tried_completely_at_their_largest_clearances(at):
 )
 def test_the_border_among_fits(good, border):
     assert border_of_all(dict(enumerate(map(bool, good))), 2) == border
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("{fits: [H8/e8, H7/g6, H7/f7]}", "[H7/g6]", "expected {fits: [H7/g6, H7/f7]}"),
-        ("among:", "within: 1 um, among:", "conflicts with `among`"),
-        ("joints.rod-slider.clearance, among", "drive.speed, among", "is not a clearance, so it cannot have a fit"),
-        ("H8/e8", "H8/q99", "seek.among"),
-    ],
-)
-def test_a_mistake_among_fits_is_reported(problems_in, old, new, message):
-    assert any(message in problem for problem in problems_in(FITTED.replace(old, new)))
 
 
 def test_fits_that_pass_beyond_the_border_are_reported_on_the_page():

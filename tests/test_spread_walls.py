@@ -15,7 +15,6 @@ from spatial_cases import JOINT, spatial
 from spatial_oracle import SlicedOracle, extreme
 
 import clearsweep
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling import rates as rates_code
 from clearsweep.mechanics.coupling.state import kappa_over_root, time_scale
 from clearsweep.mechanics.joints import spatial as joints
@@ -459,8 +458,6 @@ def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation(
     assert isinstance(
         clearsweep.load_case(spatial(walls=None, contact=plastic)).value.joints[0].walls, joints.EndContacts
     )
-    with pytest.raises(InputError, match=r"joints\.crank-rod\.walls: .*(spread|ends)"):
-        clearsweep.load_case(spatial(walls="middle"))
 
 
 # ---------------------------------------------------------------------------------------------- wear
@@ -563,11 +560,6 @@ def test_a_jammed_journal_without_load_has_no_friction():
     assert [*loads.force, *loads.journal_moment, *loads.bearing_moment] == [0.0] * 9
     touching = JointState(np.array([1e-9, 0.0, *[0.0] * 6]), mode, np.full(6, 0.1), 0)
     assert np.isfinite([*load(joint, gap, Offsets(0, 0, 0, 0), touching).force]).all()
-
-
-def test_a_journal_that_would_start_beside_its_bearing_is_refused():
-    with pytest.raises(InputError, match=r"joints\.crank-rod: the journal is 5 mm outside its bearing along the axis"):
-        clearsweep.load_case(spatial(**THROUGH, offset=[0.0, 0.0, 0.025]))
 
 
 PROGRAM = """

@@ -13,7 +13,6 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.grid.grid import identity
 from clearsweep.language import phases
-from clearsweep.language.errors import InputError
 from clearsweep.simulation.analyses.life import (
     HIGH,
     LOW,
@@ -75,33 +74,6 @@ def test_it_is_part_of_what_a_case_is_and_of_what_a_run_holds():
     assert plain.case(0).uncertain == ()
     names = {column.name for column in made.layout.columns} - {column.name for column in plain.layout.columns}
     assert names == {"rod_slider_life_low_uncertain", "rod_slider_life_high_uncertain"}
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (
-            {"joints.rod-slider.clearance": {"factor": 3}},
-            ("is not a wear coefficient; `uncertain` accepts only joints.J"),
-        ),
-        ({"joints.crank-rod.wear.coefficient": {"factor": 3}}, "there is no section 'joints.crank-rod.wear'"),
-        ({COEFFICIENT: {"factor": 1}}, "found 1; allowed: above 1 and at most 1000"),
-        ({COEFFICIENT: {"factor": "3 mm"}}, f"uncertain.{COEFFICIENT}.factor"),
-        ({COEFFICIENT: {"normal": {"mean": 1e-15, "std": 1e-15}}}, "its 2.5 % quantile is not above 0"),
-        ({COEFFICIENT: 3}, "expected {factor: 3}, published or one of"),
-        (FACTOR | {"joints.rod-slider.wear.journal_coefficient": {"factor": 2}}, "conflicts with"),
-        ({}, "contains no path"),
-    ],
-)
-def test_mistakes_are_reported(text, message):
-    with pytest.raises(InputError) as caught:
-        grid.load(slider_crank("rod-slider", changes=copy.deepcopy(WORN) | {"uncertain": text}), simulation.catalogue())
-    assert message in str(caught.value)
-
-
-def test_without_a_life_it_is_of_no_use():
-    with pytest.raises(InputError, match="needs `life`, whose interval it widens"):
-        loaded(FACTOR, life=None)
 
 
 class Block:

@@ -20,41 +20,6 @@ joints:
 
 
 @pytest.mark.parametrize(
-    ("with_unit", "without", "path"),
-    [
-        ("drive: {speed: 5000 rpm}", "drive: {speed: 1500}", "drive.speed 1500"),
-        ("clearance: 0.5 mm", "clearance: 5e-4", "joints.rod-slider.clearance 5e-4"),
-        ("mass: 0.14 kg", "mass: 0.14", "mechanism.slider.mass 0.14"),
-        ("inertia: 1e-4 kg*m^2", "inertia: 1e-4", "mechanism.crank.inertia 1e-4"),
-        ("v0: 1 mm/s", "v0: 0.001", "joints.rod-slider.friction.v0 0.001"),
-        ("save:", "sweep: {drive.speed: [100, 200]}\nsave:", "drive.speed 100"),
-        ("save:", "sweep: {joints.rod-slider.clearance: {linspace: [1e-4, 2e-4, 3]}}\nsave:", "clearance 1e-4"),
-        (
-            "save:",
-            "sample: {over: {drive.speed: {normal: {mean: 500, cv: 0.1}}}, method: random, n: 4}\nsave:",
-            "drive.speed 500",
-        ),
-        ("name: demo", "name: demo\ndefine: {r: 10}", ""),
-    ],
-)
-def test_a_bare_number_beside_numbers_with_units_is_refused(problems_in, with_unit, without, path):
-    text = TEXT.replace(with_unit, without)
-    if not path:
-        text = text.replace("bearing_radius: 10 mm", "bearing_radius: = r")
-        path = "joints.rod-slider.bearing_radius 10"
-    (problem,) = problems_in(text)
-    assert "has no unit, but other lengths, masses or speeds of this grid have one" in problem
-    assert path in problem
-
-
-def test_every_bare_number_is_listed_in_one_error(problems_in):
-    (problem,) = problems_in(BARE.replace("mass: 0.14", "mass: 0.14 kg"))
-    assert problem.startswith("grid.yaml:3:19: mechanism.crank.length: has no unit")
-    for text in ("crank.length 50", "rod.center 60", "drive.speed 1500", "clearance 0.1", "bearing_radius 10"):
-        assert text in problem
-
-
-@pytest.mark.parametrize(
     "change",
     [
         ("center: 60 mm", "center: 0"),  # 0 is the same in every unit

@@ -8,7 +8,6 @@ from fake_runs import JOINT
 from clearsweep import grid as grids
 from clearsweep import simulation
 from clearsweep.grid.library import MATERIALS
-from clearsweep.language.errors import InputError
 
 BEARING = f"{JOINT}.contact.material.bearing"
 CATALOGUE = simulation.catalogue()
@@ -105,11 +104,3 @@ def test_optimise_chooses_among_materials_and_starts_with_the_written_one(real_a
     assert grid.search.start[f"{BEARING}.name"] == "CuSn8"
     assert grid.point(0)[f"{BEARING}.name"] == "CuSn8"
     assert {bearing_of(grid, k)["young"] for k in range(16)} == {MATERIALS[n].values["young"].typical for n in names}
-
-
-def test_a_mistake_is_reported(real_at):
-    with pytest.raises(InputError, match="unknown material 'CuSn9'; did you mean 'CuSn8'"):
-        real_at(swept(("CuSn8", "CuSn9")))
-    numbers = TEXT.replace("bearing: CuSn8", "bearing: {young: 110 GPa, poisson: 0.3}")
-    with pytest.raises(InputError, match="to vary a material, write its name in the grid"):
-        real_at(f"{numbers}sweep: {{{BEARING}: [CuSn8]}}\n")

@@ -450,53 +450,6 @@ def test_the_bounds_of_all_zones_rise():
 # ---------------------------------------------------------------------------------------------- mistakes
 
 
-@pytest.mark.parametrize(
-    ("vibration", "part", "sentence"),
-    [
-        ({"band": ["10 kHz", "1 MHz"]}, "vibration.band", "2,500 times its rate, 50,000 Hz"),
-        ({"band": ["1 kHz", "10 Hz"]}, "vibration.band.0", "allowed: below 10 Hz"),
-        ({"band": ["21 Hz", "22 Hz"]}, "vibration.band", "contains no line of the window's spectrum"),
-        ({"severity": "ISO 20816-3 group 5 rigid"}, "vibration.severity", "ISO 20816-8 piping"),
-        ({"at": {"frame": {"mount": {"stiffness": ["1 N/m", "1 N/m"]}}}}, "vibration.at.frame.mount", "needs the mass"),
-        ({"zones": ["2 mm/s", "1 mm/s", "3 mm/s"]}, "vibration.zones.0", "allowed: below 1 mm/s"),
-        ({"zones": ["2 mm/s", "3 mm/s"]}, "vibration.zones", "a list of three quantities (m/s)"),
-        (
-            {"zones": ["1 mm/s", "2 mm/s", "3 mm/s"], "severity": "ISO 20816-8 frame"},
-            "vibration.zones",
-            "conflicts with severity",
-        ),
-        ({"at": {"frame": {"body": "rod"}}}, "vibration.at.frame.body", "allowed: mass, about, mount"),
-        ({"at": {"here": {"body": "rodd"}}}, "vibration.at.here.body", "did you mean 'rod'?"),
-        ({"at": {"here": {}}}, "vibration.at.here.body", "write one of crank, rod, slider"),
-        ({"at": {"rod": {"point": "tip"}}}, "vibration.at.rod.point", "such as [0.5 mm, 0.5 mm]"),
-        ({"at": {"a-b": {"body": "rod"}, "a_b": {"body": "rod"}}}, "vibration.at.a_b", "has the same column"),
-        ({"orders": 0}, "vibration.orders", "a whole number at least 1 and at most 100"),
-        ({"zones": ["1 mm", "2 mm/s", "3 mm/s"]}, "vibration.zones.0", "another dimension"),
-    ],
-)
-def test_a_mistake_is_named_with_its_remedy(vibration, part, sentence):
-    with pytest.raises(InputError) as caught:
-        load(GRID | {"vibration": vibration})
-    assert str(caught.value).startswith(f"{part}: ")
-    assert sentence in str(caught.value)
-
-
-def test_fewer_than_three_turns_are_refused():
-    with pytest.raises(InputError, match=r"at least 3 are needed.*simulate more revolutions"):
-        load(GRID | {"simulate": {"revolutions": 4, "discard": 2}})
-    with pytest.raises(InputError, match=r"at least 3 are needed.*simulate more cycles"):
-        load(GRID | {"simulate": {"cycles": 4, "period": 0.05, "discard": 2}})
-
-
-def test_what_a_run_over_time_cannot_analyse_is_refused():
-    over_time = {"simulate": {"time": 0.25, "discard": 0.1}}
-    with pytest.raises(InputError, match=r"vibration\.orders: need a motion that repeats"):
-        load(GRID | over_time)
-    without_orders = {key: value for key, value in GRID["vibration"].items() if key != "orders"}
-    with pytest.raises(InputError, match=r"16,384 times its rate, 109,227 Hz"):
-        load(GRID | over_time | {"vibration": without_orders | {"band": ["10 Hz", "110 kHz"]}})
-
-
 @pytest.mark.parametrize("simulate", [{"cycles": 5, "period": 0.05, "discard": 2}, {"time": 0.25, "discard": 0.1}])
 def test_a_window_of_time_is_analysed_like_the_same_turns(simulate):
     tree = copy.deepcopy(GRID)

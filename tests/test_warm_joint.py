@@ -8,7 +8,6 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.language.errors import InputError
 from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.running.run import Run
 
@@ -141,17 +140,6 @@ def test_without_expansion_the_clearance_stays(monkeypatch):
     assert math.isclose(warm.case.joints[0].temperature, 308.15)
 
 
-def test_what_cannot_be_is_refused():
-    with pytest.raises(InputError, match=r"thermal: applies to dry joints.*use film\.thermal"):
-        scene(**{"joints__rod-slider__film": {"oil": "ISO VG 46", "temperature": "60 degC"}})
-    changes = copy.deepcopy(DRY)
-    del changes["joints.rod-slider.friction"]
-    with pytest.raises(InputError, match="needs a heat source"):
-        clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    with pytest.raises(InputError, match=r"expansion\.journal: is missing"):
-        scene(thermal={"expansion": {"bearing": 18e-6}})
-
-
 # ---------------------------------------------------------------------------------------------- bushes
 
 POM, STEEL = {"young": 2.8e9, "poisson": 0.37}, {"young": 2.1e11, "poisson": 0.3}
@@ -213,19 +201,3 @@ def test_a_bearing_that_heat_opens_is_flagged_unless_its_housing_is_known():
     housed = scene(thermal=hot | {"expansion": BUSH, "housing": {"material": "S355", "wall": "2 mm"}})
     assert "free-bush" not in clearsweep.simulate(housed).message
     assert "free-bush" not in clearsweep.simulate(scene()).message
-
-
-@pytest.mark.parametrize(
-    ("thermal", "message"),
-    [
-        ({"housing": {"material": "S355"}}, "thermal.housing.wall: is missing"),
-        ({"housing": {"wall": "2 mm"}}, "thermal.housing.expansion: is missing"),
-        ({"housing": {"material": "S235", "wall": "2 mm"}}, "thermal.housing.material: .*S355"),
-        ({"housing": {"material": "S355", "wall": "2 mm"}, "expansion": None}, "thermal.housing: needs the expansion"),
-    ],
-)
-def test_a_housing_needs_its_wall_and_expansions(thermal, message):
-    changes = copy.deepcopy(DRY)
-    changes["joints.rod-slider.thermal"] = {k: v for k, v in (THERMAL | thermal).items() if v is not None}
-    with pytest.raises(InputError, match=message):
-        clearsweep.load_case(slider_crank("rod-slider", changes=changes))

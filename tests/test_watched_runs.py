@@ -547,35 +547,6 @@ def test_unused_settings_are_not_in_the_identity():
     assert len({case_id(), case_id(simulate__horizon=True), case_id(simulate__error_check=True)}) == 3
 
 
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        ({"simulate.horizon": "yes"}, "simulate.horizon: found 'yes'; expected true or false"),
-        (until("rod_slider_force_rsm"), "simulate.until.figure: unknown word 'rod_slider_force_rsm'; did you mean"),
-        (
-            until("crank_rod_force_rms"),
-            "simulate.until.figure: crank_rod_force_rms is not a column of this grid (known: rod",
-        ),
-        (until("rod_slider_wear_rate_max"), "rod_slider_wear_rate_max is not a column of this grid"),
-        (
-            until("rod_slider_force_peak"),
-            "found 'rod_slider_force_peak'; the intervals of maxima, minima and totals do not narrow as a run continues"
-            "; did you mean 'rod_slider_force_p99'?",
-        ),
-        (
-            until(most=3),
-            "simulate.until.max_revolutions: found 3; allowed: at least 4, the value of simulate.revolutions",
-        ),
-        (until(relative=0), "simulate.until.relative_ci: found 0, out of range"),
-        ({"simulate.until": {"relative_ci": 0.1}}, "simulate.until.figure: is missing"),
-    ],
-)
-def test_mistakes_are_reported(asked, message):
-    with pytest.raises(InputError) as caught:
-        grid.load(slider_crank("rod-slider", changes=LONG | asked), simulation.catalogue())
-    assert message in str(caught.value)
-
-
 def test_columns_are_stored_with_their_units_and_can_be_limited(tmp_path):
     source = slider_crank(
         "rod-slider",

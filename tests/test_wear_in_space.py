@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 from mechanism_cases import changed
-from spatial_cases import JOINT, planar, spatial
+from spatial_cases import JOINT, spatial
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints.spatial import APART, SpatialGap, slices, strips, wall_point
 from clearsweep.mechanics.laws.contract import FREE, PRESSED
 from clearsweep.mechanics.machines.contract import body_angles, pose_at
@@ -236,8 +235,6 @@ def test_bins_along_the_length_are_those_of_joints_in_space_alone():
     layout = clearsweep.load_case(spatial(wear=WEAR)).layout
     assert (layout.joints[0].wear_bins, layout.joints[0].wear_rows) == (90, 10)
     assert {"crank_rod_wear_volume", "crank_rod_pv_peak"} <= {column.name for column in layout.columns}
-    with pytest.raises(InputError, match=r"joints\.crank-rod\.wear\.length_bins: unknown key"):
-        clearsweep.load_case(planar(wear=WEAR))
     swept = changed(spatial(wear=WEAR), {"sweep": {"joints.crank-rod.wear.bearing_coefficient": [1e-13, 2e-13]}})
     cases = grid.load(swept, simulation.catalogue())
     assert cases.case(0).joints[0].wear.length_bins == 10

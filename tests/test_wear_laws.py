@@ -13,7 +13,6 @@ from rubbing import steady, worn_off
 from scipy.integrate import quad
 
 from clearsweep import grid, simulation
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.dry import Joint
 from clearsweep.mechanics.wear.laws import Archard, Energy, HertzLine, Persson, RunningIn, UniformPressure, Winkler
@@ -150,9 +149,6 @@ def case_of(wear, friction=None):
     return grid.load(slider_crank("rod-slider", changes=changes), simulation.catalogue())
 
 
-TANH = {"law": "tanh", "coefficient": 0.1, "velocity_scale": "1 mm/s"}
-
-
 def term(cases):
     """Return the compiled wear of the first case."""
     return registry.compile_wear(cases.case(0).joints[0])
@@ -207,37 +203,3 @@ def test_a_swept_coefficient_that_runs_in_is_that_of_both_bodies():
     cases = grid.load(source, simulation.catalogue())
     assert [registry.compile_wear(cases.case(k).joints[0]).bearing_coefficients[1] for k in range(2)] == [5e-14, 9e-14]
     assert len(set(cases.identities())) == 2
-
-
-MISTAKES = {
-    "energy without friction": ({"law": "energy", "coefficient": 1e-13}, None, "friction: is missing; the wear law"),
-    "energy by hardness": (
-        {"law": "energy", "coefficient": 1e-5, "hardness": "1 GPa"},
-        TANH,
-        "the wear law 'energy' needs a coefficient in m^3/J",
-    ),
-    "no hardness": (
-        {"coefficient": 1e-5, "coefficient_unit": "dimensionless"},
-        None,
-        "hardness: is missing; a dimension",
-    ),
-    "unit forgotten": ({"coefficient": 2e-14, "hardness": "2 GPa"}, None, "found 2e-14 without a unit; allowed: 1e-10"),
-    "impossible": ({"coefficient": 0.2, "hardness": "2 GPa"}, None, "found 0.2 without a unit; allowed: 1e-10 to 0.1"),
-    "in mm^2": ({"coefficient": "2e-8 m^2/N", "hardness": "2 GPa"}, None, "is the coefficient in mm^2/N?"),
-    "no steady": ({"running_in": {"initial": 1e-13, "distance": 1}}, None, "wear.coefficient: is missing"),
-    "no initial": ({"running_in": {"steady": 1e-13, "distance": 1}}, None, "running_in.initial: is missing"),
-    "no distance": ({"running_in": {"steady": 1e-13, "initial": 1e-12}}, None, "running_in.distance: is missing"),
-    "twice": (
-        {"coefficient": 1e-14, "running_in": {"steady": 1e-14, "initial": 1e-13, "distance": 1}},
-        None,
-        "conflicts with running_in.steady, which means the same",
-    ),
-}
-
-
-@pytest.mark.parametrize(("wear", "friction", "sentence"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_reported(wear, friction, sentence):
-    with pytest.raises(InputError) as error:
-        case_of(wear, friction)
-    assert sentence in str(error.value)
-    assert len(str(error.value).splitlines()) == 1

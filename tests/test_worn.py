@@ -16,7 +16,6 @@ from scipy.optimize import brentq, minimize_scalar
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.contracts.case import Wear
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling.rates import evaluate_motion
 from clearsweep.mechanics.joints import dry, registry
 from clearsweep.mechanics.joints.contract import every_contact
@@ -461,7 +460,7 @@ def test_the_energy_ledger_of_a_revolution_on_worn_surfaces_closes(contact):
     assert path.summary["rod_slider_impacts_per_rev"] > 0.0
 
 
-def test_a_joint_is_worn_as_its_grid_says_and_what_is_not_known_with_it_is_refused():
+def test_a_joint_is_worn_as_its_grid_says():
     source = slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR})
     scene = simulation.load_case(source)
     assert type(scene.value.joints[0]) is WornJoint
@@ -469,12 +468,6 @@ def test_a_joint_is_worn_as_its_grid_says_and_what_is_not_known_with_it_is_refus
     assert type(simulation.load_case(changed(source, springs)).value.joints[0]) is WornOnFoundation
     plain = simulation.load_case(changed(source, {"joints.rod-slider.wear.evolve": False}))
     assert type(plain.value.joints[0]) is dry.Joint
-    film = {"joints.rod-slider.film": {"law": "short", "viscosity": 0.1}}
-    with pytest.raises(InputError, match="evolve: is not available with a film"):
-        simulation.load_case(changed(source, film))
-    sticks = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3, "band": 2e-4}
-    with pytest.raises(InputError, match="karnopp cannot stick, because the worn shape of joints"):
-        simulation.load_case(changed(source, {"joints.rod-slider.friction": sticks}))
 
 
 @pytest.mark.parametrize("contact", [{"law": "hertz", "stiffness": 6.61e10}, SPRINGS])

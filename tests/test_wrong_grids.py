@@ -1,0 +1,113 @@
+"""A wrong grid gets the messages that `wrong_grids.txt` shows below it, all of them and no other.
+
+A section of the page begins with `==`, the name and the text of a right grid.  Each paragraph below it changes this
+text (lines `-` become the lines `+`; `&` is between two places), or values of its dict (`path: value`; `~ path` removes
+one), may write lines of a file (`| cases.csv: line`), and ends with a line `>` per message.  What is changed as a dict
+has no lines, so its messages have no place.  `python tests/test_wrong_grids.py` writes the messages anew: read what
+they have become.
+"""
+
+import os
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from ruamel.yaml import YAML
+
+from clearsweep import grid, simulation
+from clearsweep.language.errors import InputError
+
+PAGE = Path(__file__).with_name("wrong_grids.txt")
+READER = YAML(typ="safe", pure=True)
+
+
+class Wrong(NamedTuple):
+    """The text of a right grid, the lines that change it, and the messages that follow."""
+
+    text: str
+    changes: list[str]
+    messages: list[str]
+
+    def source(self):
+        """Return the grid: a dict, or the name of a file that is written into this folder beside its tables."""
+        values = [line for line in self.changes if line[0] not in "-+&|~"]
+        removed = [line[2:] for line in self.changes if line.startswith("~ ")]
+        if values or removed:
+            return self.changed_dict(READER.load("\n".join(values)) or {}, removed)
+        for line in self.changes:
+            if line.startswith("| "):
+                name, _, content = line[2:].partition(": ")
+                with open(name, "a", encoding="utf-8") as file:
+                    file.write(f"{content}\n")
+        Path("grid.yaml").write_text(self.changed_text(), encoding="utf-8")
+        return "grid.yaml"
+
+    def changed_dict(self, values, removed):
+        """Return the grid as a dict with these values at dotted paths and without the removed ones."""
+        source = READER.load(self.text)
+        for path in [*values, *removed]:
+            *parents, last = path.split(".")
+            section = source
+            for key in parents:
+                section = section.setdefault(key, {})
+            if path in values:
+                section[last] = values[path]
+            else:
+                del section[last]
+        return source
+
+    def changed_text(self):
+        """Return the text with the lines `+` in the place of the lines `-`, or at its end if there are none."""
+        text, old, new = self.text, "", ""
+        for line in [*self.changes, "&"]:
+            if line[0] == "-":
+                old += f"{line[1:]}\n"
+            elif line[0] == "+":
+                new += f"{line[1:]}\n"
+            elif line == "&":
+                assert not old or text.count(old) == 1, f"{old} is not once in the text"
+                text, old, new = text.replace(old, new) if old else text + new, "", ""
+        return text
+
+    def answer(self):
+        """Return the messages about this grid."""
+        with pytest.raises(InputError) as refusal:
+            grid.load(self.source(), simulation.catalogue())
+        return list(refusal.value.problems)
+
+
+def read_page():
+    """Return the wrong grids of the page."""
+    wrong, text = [], ""
+    for paragraph in PAGE.read_text(encoding="utf-8").strip().split("\n\n"):
+        lines = paragraph.splitlines()
+        if lines[0].startswith("== "):
+            text = "".join(f"{line}\n" for line in lines[1:])
+        else:
+            messages = [line[2:] for line in lines if line.startswith("> ")]
+            wrong.append(Wrong(text, lines[: len(lines) - len(messages)], messages))
+    return wrong
+
+
+@pytest.mark.parametrize("wrong", read_page(), ids=lambda wrong: wrong.messages[0][:70])
+def test_a_wrong_grid_gets_the_messages_of_the_page(wrong, tmp_path, monkeypatch, recwarn):
+    monkeypatch.chdir(tmp_path)
+    assert wrong.answer() == wrong.messages
+    assert not [warning for warning in recwarn if issubclass(warning.category, RuntimeWarning)]
+
+
+def write_page():
+    """Write the page with the messages of today."""
+    paragraphs, wrong = PAGE.read_text(encoding="utf-8").strip().split("\n\n"), iter(read_page())
+    for k, paragraph in enumerate(paragraphs):
+        if not paragraph.startswith("== "):
+            case = next(wrong)
+            with tempfile.TemporaryDirectory() as folder:
+                os.chdir(folder)
+                paragraphs[k] = "\n".join([*case.changes, *(f"> {message}" for message in case.answer())])
+    PAGE.write_text("\n\n".join(paragraphs) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write_page()
