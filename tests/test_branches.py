@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import clearsweep
-from clearsweep import grid, simulation
+from clearsweep import grid, simulation, store
 from clearsweep.answers.figure_sentences import motions_of
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import random_places
@@ -157,6 +157,7 @@ def test_both_branches_of_a_rotor_are_found(tmp_path):
     for direction, torques in (("up", UP), ("down", DOWN)):
         computed = table[table["simulate.direction"] == direction]["spline_force_peak"]
         assert computed.to_numpy() == pytest.approx(torques, rel=3e-4)
+    assert "Carried along drive.speed: up and down\n" in store.status_text(store.status(tmp_path / "run"))
     answer = json.loads((tmp_path / "run/answer.json").read_text())
     branches = answer["branches"]
     assert (branches["points"], branches["coexisting"], branches["undecided"]) == (3, 1, 0)

@@ -7,6 +7,7 @@ import pyarrow.parquet as pq
 import pytest
 from fake_physics import Fake, grid, sweep, trajectory
 from fake_runs import TEXT
+from test_play import coupling
 
 import clearsweep
 from clearsweep import grid as grids
@@ -286,3 +287,39 @@ def test_too_few_finished_cases_end_with_a_summary(tmp_path):
     assert run.identify is None
     assert any("nothing is identified" in each for each in run.grid["warnings"])
     assert identified_sections(prepare(run)) == []
+
+
+@pytest.mark.slow
+def test_two_encoders_with_noise_find_play_and_stiffness(tmp_path):
+    """A shaft turns a rotor on a spring to and fro through a coupling of 1 mrad and 2 kN m/rad."""
+    tree, period, noise = coupling(), 0.5, np.random.default_rng(2)
+    times = np.linspace(0.0, 6.01 * period, 601)
+    angles = 0.05 * np.sin(2.0 * np.pi * times / period)
+    del tree["mechanism"]["bodies"]["wheel"]["initial"], tree["save"]
+    tree["drive"] = {"angle": {"table": {"time": times.tolist(), "angle": angles.tolist()}}}
+    contact = {"law": "hunt-crossley", "stiffness": 2e3, "restitution": 0.3}
+    tree["joints"]["mesh"] = {"play": 1e-3, "contact": contact, "drag": 0.0}
+    friction = {"law": "tanh", "torque": 0.5, "velocity_scale": 1e-2}
+    spring = {"between": ["ground", "wheel"], "torsional_stiffness": 20.0, "free_angle": 0.0}
+    tree["loads"] = {"brake": {"on": "bearing", "friction": friction}, "spring": spring}
+    tree["simulate"] = {"cycles": 6, "period": period, "discard": 1, "tolerance": 1e-7}
+    measured = np.arange(0.0, 2.9, period / 1000)
+    output = clearsweep.simulate(clearsweep.load_case(tree), measured)["wheel/angle"]
+    given = np.array([measured, 0.05 * np.sin(2.0 * np.pi * measured / period), output])
+    given[1:] += 2e-6 * noise.standard_normal(given[1:].shape)  # rad
+    rows = "\n".join(f"{t:.6f},{first:.9f},{second:.9f}" for t, first, second in given.T.tolist())
+    (tmp_path / "encoders.csv").write_text(f"time [s],input [rad],output [rad]\n{rows}\n", encoding="utf-8")
+    over = {"joints.mesh.play": [3e-4, 3e-3], "joints.mesh.contact.stiffness": [600.0, 6000.0]}
+    signals = {str(tmp_path / "encoders.csv"): {"joints/mesh/x": ["input", "output"]}}
+    tree |= {"name": "encoders", "identify": {"over": over, "from": signals, "cases": 48}}
+    answer = clearsweep.sweep(tree, tmp_path / "run", jobs=1, show_progress=False).search_result
+    play, stiffness = answer.parameters
+    assert play.low < 1e-3 < play.high < 1.5 * play.low
+    assert stiffness.low < 2e3 < stiffness.high < 2.0 * stiffness.low
+    assert answer.explained
+    wrong = {str(tmp_path / "encoders.csv"): {"wheel/angle": ["input", "output"]}}
+    with pytest.raises(InputError, match="wheel/angle has the columns of two encoders"):
+        clearsweep.sweep(tree | {"identify": {"over": over, "from": wrong, "cases": 48}}, tmp_path / "no", jobs=1)
+    wrong = {str(tmp_path / "encoders.csv"): {"joints/mesh/x": ["input"]}}
+    with pytest.raises(InputError, match=r"expected the name of a column, or \[input, output\]"):
+        clearsweep.sweep(tree | {"identify": {"over": over, "from": wrong, "cases": 48}}, tmp_path / "no", jobs=1)

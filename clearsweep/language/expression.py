@@ -63,6 +63,11 @@ def unit_of_defined(text: str, units: Mapping[str, str]) -> str:
 
 def _si_unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
     """Return the SI unit of an expression over names with the SI units `units`."""
+    if "t" in names_in(text, vocabulary) - units.keys():
+        raise InputError(
+            f"found {quoted(text)}, but an expression has one value and no time t; write what varies with time as a "
+            "table instead, such as a file with the columns time [s] and angle [deg]"
+        )
     try:
         dimension = _DimensionChecker(units, vocabulary).dimension(_parse(text, vocabulary))
     except RecursionError:

@@ -1,5 +1,6 @@
 """`identify`: its section, which has the keys with unknown values and the measured signals, and the answer."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import util
@@ -11,6 +12,7 @@ import numpy as np
 from ..answers import features
 from ..answers.questions import difference_text, identification_sentences
 from ..answers.words import grid_text, number_of_joints
+from ..contracts.case import column_name
 from ..contracts.layout import Layout
 from ..grid.keys import Number
 from ..grid.keys.run_keys import CHANNELS
@@ -28,7 +30,8 @@ SIGNATURE = "signature"  # crest and kurtosis, only on request: without the size
 MAX_CASES = 20_000  # the time of an emulator grows with their third power
 MAX_SAVED_SAMPLES = 12_000  # samples of a signal that every case keeps where the grid does not say how many
 MAX_SAMPLES_PER_REVOLUTION = 2880  # samples of a revolution that are kept then
-_SIGNALS_SCHEMA = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
+_COLUMN_SCHEMA = {"oneOf": [{"type": "string"}, PAIR_SCHEMA]}
+_SIGNALS_SCHEMA = {"type": "object", "minProperties": 1, "additionalProperties": _COLUMN_SCHEMA}
 _SIGNAL_EXAMPLE = "{rig.csv: {slider/a: acceleration}}"
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
@@ -44,7 +47,8 @@ IDENTIFY_SECTION = KeySection(
         ),
         EntriesKey(
             "from",
-            "CSV file in the directory of the grid -> {channel: column} of the measured signals",
+            "CSV file in the directory of the grid -> {channel: column} of the measured signals; for joints/J/x of a "
+            "gear or coupling [input, output], the columns of two encoders",
             required=True,
             missing=f"; give a file, a channel and the column of the file: {_SIGNAL_EXAMPLE}",
             entry=_SIGNALS_SCHEMA,
@@ -78,6 +82,7 @@ class Identify(SearchOver):
     seconds_per_choice: ClassVar[float] = 0.045
     signals: tuple[Signal, ...]
     features: tuple[str, ...]  # some of FEATURES
+    cycle_rate: float | None = None  # rad/s, of a phase over the cycles of a run, if it has any
 
     def sobol_points(self, skipped: int, count: int) -> np.ndarray:
         """Return points (count, paths) of a Sobol sequence in the unit cube, without the first `skipped` points."""
@@ -102,9 +107,10 @@ class Identify(SearchOver):
 
     def resolved(self) -> dict[str, Any]:
         """Return the section as a grid may have it, in SI."""
-        files: dict[str, dict[str, str]] = {}
+        files: dict[str, dict[str, str | list[str]]] = {}
         for signal in self.signals:
-            files.setdefault(signal.file, {})[signal.channel] = signal.column
+            columns = [signal.column, signal.output] if signal.output else signal.column
+            files.setdefault(signal.file, {})[signal.channel] = columns
         section = {"over": {path: choice.resolved() for path, choice in self.over.items()}, "from": files}
         return section | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
 
@@ -184,10 +190,19 @@ class Identify(SearchOver):
         written = root.value[IDENTIFY].value["from"]
         units = {channel.name: channel.unit for channel in layout.channels if channel.unit and channel.name != "t"}
         signals = [signal._replace(unit=units.get(signal.channel, "")) for signal in self.signals]
+        signals = [
+            signal._replace(arms=_arms(reader, signal.channel)) if signal.output else signal for signal in signals
+        ]
         for signal in signals:
             if not signal.unit:
                 suggestion = did_you_mean(signal.channel, units) or f" (known: {', '.join(units)})"
                 reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
+            elif signal.output and not signal.arms:
+                message = (
+                    f"{signal.channel} has the columns of two encoders, which only joints/J/x of a gear or a coupling "
+                    "with one ratio, radius and pressure_angle compares; write one column"
+                )
+                reader.problems.add(written, f"{IDENTIFY}.from", message)
         unsaved = sorted({signal.channel for signal in signals if signal.unit} - {*reader.values.get(CHANNELS, units)})
         if unsaved:
             reader.report(CHANNELS, f"lacks {', '.join(unsaved)}, which `identify` compares; add it")
@@ -198,14 +213,30 @@ class Identify(SearchOver):
                 "saves"
             )
             reader.report("save.revolutions", message)
-        for file in dict.fromkeys(signal.file for signal in signals if signal.unit):
-            file_signals = [signal for signal in signals if signal.file == file and signal.unit]
+        signals = [signal for signal in signals if signal.unit and bool(signal.output) == bool(signal.arms)]
+        for file in dict.fromkeys(signal.file for signal in signals):
+            file_signals = [signal for signal in signals if signal.file == file]
             try:
                 for _ in angular_signals(file, file_signals, crank_rate(reader)):
                     pass
             except InputError as error:
                 reader.problems.add(written, f"{IDENTIFY}.from", str(error))
-        return replace(self, signals=tuple(signals))
+        return replace(self, signals=tuple(signals), cycle_rate=_cycle_rate(reader))
+
+
+def _arms(reader: Reader, channel: str) -> tuple[float, ...]:
+    """Return the arms (m, or 1) of both angles of a gear or coupling whose position a channel has; () of another."""
+    joint = next((joint for joint in reader.outline.joints if channel == f"joints/{column_name(joint.name)}/x"), None)
+    if joint is None or joint.type not in ("gear", "coupling"):
+        return ()
+    if joint.type == "coupling":
+        return 1.0, -1.0
+    paths = (f"mechanism.joints.{joint.name}.{key}" for key in ("radius", "pressure_angle", "ratio"))
+    sizes = [reader.values_of(path) for path in paths]
+    if any(len(values) != 1 for values in sizes):
+        return ()
+    radius, angle, ratio = (float(values[0]) for values in sizes)
+    return radius * math.cos(angle), radius * math.cos(angle) * ratio
 
 
 def _read_signals_section(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
@@ -220,10 +251,12 @@ def _read_signals_section(reader: Reader, section: WrittenValue) -> tuple[Signal
         folder = Path(columns.origin).parent if columns.line else Path()
         file = str((folder / name).absolute())
         for channel, column in columns.value.items():
-            if isinstance(column.value, str):
-                signals.append(Signal(file, channel, column.value, ""))
+            is_pair = isinstance(column.value, list)
+            names = [item.value for item in column.value] if is_pair else [column.value]
+            if len(names) == 1 + is_pair and all(isinstance(each, str) for each in names):
+                signals.append(Signal(file, channel, names[0], "", *names[1:]))
             else:
-                message = f"found {quoted(column.value)}; expected the name of a column"
+                message = f"found {quoted(column.value)}; expected the name of a column, or [input, output] of encoders"
                 reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", message)
     return tuple(signals)
 
@@ -233,7 +266,7 @@ def _set_saved_signals(reader: Reader, identified: Sequence[Signal]) -> None:
     rate = crank_rate(reader)
     max_density = 0.0
     for file in {signal.file for signal in identified}:
-        columns = {signal.column: None for signal in identified if signal.file == file}
+        columns = {column: None for signal in identified if signal.file == file for column in signal.columns}
         try:
             signals = read_signals(file, columns, allow_others=True)
         except InputError:
@@ -246,7 +279,7 @@ def _set_saved_signals(reader: Reader, identified: Sequence[Signal]) -> None:
         )
     if "save.revolutions" not in reader.written:
         samples = reader.values["save.samples"]
-        revolutions = min(reader.values_of("simulate.revolutions") or (10.0,))
+        revolutions = min(reader.values_of("simulate.revolutions") or reader.values_of("simulate.cycles") or (10.0,))
         counted_revolutions = revolutions - max(reader.values_of("simulate.discard") or (2.0,))
         reader.values["save.revolutions"] = float(
             max(min(counted_revolutions, max(MAX_SAVED_SAMPLES // samples, MIN_REVOLUTIONS)), 1)
@@ -256,6 +289,12 @@ def _set_saved_signals(reader: Reader, identified: Sequence[Signal]) -> None:
 
 
 def crank_rate(reader: Reader) -> float | None:
-    """Return the speed of the crank (rad/s), or None if it is not a single number."""
+    """Return the speed of the crank (rad/s), or that of the phase of cycles; None if it is not a single number."""
     speeds = reader.values_of("drive.speed")
-    return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
+    return _cycle_rate(reader) or (float(speeds[0]) if len(speeds) == 1 and speeds[0] else None)
+
+
+def _cycle_rate(reader: Reader) -> float | None:
+    """Return 2 pi over the period (rad/s) of the cycles of a run, None if it has none."""
+    periods = reader.values_of("simulate.period")
+    return 2.0 * math.pi / float(periods[0]) if len(periods) == 1 else None

@@ -47,6 +47,13 @@ class Signal(NamedTuple):
     channel: str  # of time histories, which it is compared with
     column: str  # of the file
     unit: str  # of the channel, SI
+    output: str = ""  # the column of a second encoder; the first is that of the input
+    arms: tuple[float, ...] = ()  # m or 1, of both: by which their angles add to the position in a play
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """Return the columns of the file that it needs, and their SI units."""
+        return {self.column: "rad", self.output: "rad"} if self.output else {self.column: self.unit}
 
 
 class AngularSignal(NamedTuple):
@@ -63,16 +70,20 @@ def angular_signals(file: str, signals: list[Signal], rate: float | None) -> lis
 
     rate : crank speed (rad/s), or None if it is not a single number
     """
-    known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
+    known_units: dict[str, str | None] = {}
+    for signal in signals:
+        known_units |= signal.columns
     content = read_signals(file, known_units, allow_others=True)
     angular = []
     for signal in signals:
         values, angle, speed = content.signals[signal.column], content.abscissa, None
+        if signal.output:
+            values = signal.arms[0] * values + signal.arms[1] * content.signals[signal.output]
         if content.over == "time":
             if rate is None:
                 raise InputError(
                     f"{file}:1: has the column time, but drive.speed is not constant here; add a column "
-                    "crank_angle [deg]"
+                    "crank_angle [deg], or write simulate.cycles and their period"
                 )
             angle = features.track_crank_angle(content.abscissa, values, rate)
             speed = float((angle[-1] - angle[0]) / (content.abscissa[-1] - content.abscissa[0]))
@@ -378,12 +389,15 @@ class Identification:
 
     def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record the results of a grid's cases from the index `first_index` on."""
-        for index, status, history in zip(
+        for index, status, channels in zip(
             range(first_index, len(grid)), results.status, results.histories, strict=True
         ):
             self.looked_at += 1
             if status != "ok":
                 continue
+            rate, history = self.identify.cycle_rate, channels
+            if rate:  # the phase of a cycle takes the place of the crank angle
+                history = {**channels, "crank_angle": rate * channels["t"]}
             if self.observation is None:
                 self.observation, self.history = observe(self.identify, history), history
             rng = np.random.default_rng([self.identify.seed, int(grid.case_id(index), 16)])

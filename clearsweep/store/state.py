@@ -4,7 +4,7 @@ import contextlib
 import hashlib
 import os
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -323,6 +323,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         **(blocks[0] if blocks else _count_cases(record, run, progress, working=holder is not None)),
         "doing": progress and progress.text,
         "left": progress and progress.left,
+        "carried": _carried_facts(record),
         "start": record.get("start"),
         "end": record.get("end"),
         "files": {
@@ -402,6 +403,14 @@ def _worker_facts(progress: phases.Progress) -> dict[str, Any]:
     }
 
 
+def _carried_facts(record: Mapping[str, Any]) -> str | None:
+    """Return the axis along which a run carries its state, and in which directions; None if it does not."""
+    simulate, sweep = record.get("simulate") or {}, record.get("sweep") or {}
+    directions = sweep.get("simulate.direction") or [simulate.get("direction")]
+    axis = simulate.get("carried_axis")
+    return f"{axis}: {' and '.join(map(str, directions))}" if axis else None
+
+
 def status_text(facts: dict[str, Any]) -> str:
     """Return the state of a run as text."""
     labels = {
@@ -419,6 +428,7 @@ def status_text(facts: dict[str, Any]) -> str:
             f"{facts['directory']}: {labels[facts['state']]}",
             f"{facts['ok'] + facts['failed']:,}{total} cases are there: "
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{missing}",
+            *([f"Carried along {facts['carried']}"] if facts["carried"] else []),
             *doing,
             *(fact["text"] for fact in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",

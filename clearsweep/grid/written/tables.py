@@ -283,6 +283,8 @@ def read_table(problems: Problems, path: str, written: WrittenValue, columns: Co
         table = dict(written.value.items())
         positions = written.keys
     elif isinstance(written.value, str):
+        if path.rpartition(".")[0] in problems.unread:  # an expression, which is reported already
+            return None
         content = _columns_of_csv(problems, path, written)
         if content is None:
             return None
