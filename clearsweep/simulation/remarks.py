@@ -102,7 +102,7 @@ def largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
-    beyond_limit, rubbing_powers, balls, sizes, wearing, overloaded = [], [], [], [], [], []
+    beyond_limit, rubbing_powers, balls, sizes, wearing, overloaded, skidding, free = ([] for _ in range(8))
     for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True):
         name, radius = layout.name, joint.bearing_radius
         if fraction := summary[f"{name}_law_limit_fraction"]:
@@ -116,11 +116,17 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         wear_depth = summary[f"{name}_wear_depth_max"] if layout.wear_bins else 0.0
         if joint.rolling:
             overloaded.append((joint.name, summary[f"{name}_force_peak"], joint.rolling.capacity.static))
+            share = summary.get(f"{name}_light_load_fraction") or 0.0
+            if share > MIN_SKIDDING_SHARE:
+                skidding.append((joint.name, joint.rolling.least_load, share))
         else:
             sizes.append(PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
         if layout.wear_bins and not layout.flanked:
             rate, pv = summary[f"{name}_wear_rate_max"], summary[f"{name}_pv_mean"]
             wearing.append(RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
+        if joint.thermal and joint.temperature and not joint.thermal.housing and radius:
+            cold_clearance = joint.clearance - joint.clearance_rate * (joint.temperature - REFERENCE_TEMPERATURE)
+            free.append(FreeBearing(joint.name, radius, joint.temperature, cold_clearance, joint.clearance))
     rubbing_powers += _powers_without_clearance(scene, summary)
     has_film = any(joint.film for joint in scene.layout.joints)
     settings = scene.case.simulate
@@ -131,13 +137,13 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         swing_remark(summary.get("lyapunov_exponent"), sum(totals.onsets for totals in window.totals.joint)),
         *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
         friction_heat_remark(rubbing_powers),
-        free_bush_remark(_free_bearings(scene)),
+        free_bush_remark(free),
         coarse_link_remark(_impacts_on_links(scene, summary), MAX_SEGMENTS) if scene.case.outline.elastic else "",
         ball_stiffness_remark(balls),
         feedback_remark(None if scene.case.outline.mounts else summary.get("frame_velocity_rms")),
         penetration_remark(sizes),
         static_load_remark(overloaded),
-        skidding_remark(_lightly_loaded(scene, summary)),
+        skidding_remark(skidding),
         wear_depth_remark(sizes),
         wear_rate_remark(wearing),
         pv_remark(wearing),
@@ -145,14 +151,6 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
             summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)
         ),
     )
-
-
-def _lightly_loaded(scene: Scene, summary: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:
-    """Yield name, least load (N) and share of time below it of rolling bearings that are below it for long."""
-    for joint in scene.case.joints:
-        share = summary.get(f"{joint.column}_light_load_fraction") or 0.0
-        if joint.rolling and share > MIN_SKIDDING_SHARE:
-            yield joint.name, joint.rolling.least_load, share
 
 
 def _powers_without_clearance(scene: Scene, summary: Mapping[str, Any]) -> list[tuple[str, float, None]]:
@@ -163,14 +161,6 @@ def _powers_without_clearance(scene: Scene, summary: Mapping[str, Any]) -> list[
         for name in names
         if column_name(name) in scene.layout.rubbing
     ]
-
-
-def _free_bearings(scene: Scene) -> Iterator[FreeBearing]:
-    """Yield the bearings of warm joints without a housing."""
-    for joint in scene.case.joints:
-        if joint.thermal and joint.temperature and not joint.thermal.housing and joint.bearing_radius:
-            cold_clearance = joint.clearance - joint.clearance_rate * (joint.temperature - REFERENCE_TEMPERATURE)
-            yield FreeBearing(joint.name, joint.bearing_radius, joint.temperature, cold_clearance, joint.clearance)
 
 
 def _impacts_on_links(scene: Scene, summary: Mapping[str, Any]) -> Iterator[tuple[str, str, int, int]]:

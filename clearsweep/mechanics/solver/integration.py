@@ -18,7 +18,7 @@ MAX_TRAVEL = 8.0  # clearances: largest travel of a journal in free flight in a 
 EXPLICIT, IMPLICIT, AUTO = range(3)  # methods; AUTO: chosen from step to step
 # Status with which the loop returns; GOING: it has not ended
 OK, STEP_BUDGET, EVENT_BUDGET, NOT_FINITE, STEP_UNDERFLOW, PAUSED, TURNS_STIFF, TIME_LIMIT, STALLED = range(9)
-LEFT_BEARING, GOING = range(9, 11)
+LEFT_BEARING, SUMS_NOT_FINITE, GOING = range(9, 12)
 
 
 class Control(NamedTuple):

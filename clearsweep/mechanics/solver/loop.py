@@ -39,6 +39,7 @@ from .integration import (
     STEP_BUDGET,
     STEP_UNDERFLOW,
     STOP,
+    SUMS_NOT_FINITE,
     TIME_LIMIT,
     TURNS_STIFF,
     accumulators_of,
@@ -57,7 +58,7 @@ from .step_control import (
     remember_length,
     set_next_length,
 )
-from .totals import accumulate_step
+from .totals import HIGHEST_BIN, ContactTotals, accumulate_step
 
 REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad, by which a free crank may turn back without a stall, as at an impact
 STALL_ADVANCE = 1e-4  # rad, by which a free crank has to advance within Control.patience
@@ -218,6 +219,26 @@ def repeat_up_to(pointer, h, fraction):
 
 
 @kernel
+def has_finite_sums(totals):
+    """Return whether figures can follow from the sums; some maxima are infinite before their first value."""
+    is_finite = totals.mechanism.residual < math.inf
+    for column in range(totals.mechanism.numbers.size):
+        is_finite = is_finite and abs(totals.mechanism.numbers[column]) <= math.inf
+    for j in range(totals.account.shape[0]):
+        for column in range(ContactTotals.SIZE):
+            is_finite = is_finite and abs(totals.joint.numbers[j, column]) <= math.inf
+        for column in range(totals.account.shape[1]):
+            is_finite = is_finite and abs(totals.account[j, column]) < math.inf
+        for histogram in (totals.histogram, totals.dry):
+            for index in range(totals.bins[j, HIGHEST_BIN] + 1 if j < histogram.shape[0] else 0):
+                is_finite = is_finite and abs(histogram[j, index, 0]) + abs(histogram[j, index, 1]) < math.inf
+    for sums in (totals.wear, totals.friction):
+        for index in range(sums.size):
+            is_finite = is_finite and abs(sums[index]) < math.inf
+    return is_finite
+
+
+@kernel
 def pass_stop(pointer):
     """Pass a stop, where a step had to end and the window may open; return GOING, or OK at the end of the run."""
     work = pointer[0]
@@ -323,4 +344,6 @@ def integrate_case(pointer):
         status = prepare_step(pointer)
         if status == GOING:
             status = take_or_reject_step(pointer)
+    if status == OK and not has_finite_sums(pointer[0].totals):
+        status = SUMS_NOT_FINITE
     pointer[0].stepper.status = status

@@ -17,7 +17,7 @@ from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
 from ..machine.ideal import ideal_peaks
 from ..remarks import remarks, yield_speeds
-from ..running.run import BENT_TOO_FAR, HISTORY_NOT_FINITE, ROUNDING, SUMS_NOT_FINITE, TIME_BUDGET, Run, onset_rates
+from ..running.run import BENT_TOO_FAR, HISTORY_NOT_FINITE, ROUNDING, TIME_BUDGET, Run, onset_rates
 from ..running.vibration import vibration_figures
 from ..setup.scene import Scene, length_unit
 from ..setup.start import control_of, marks_reached, peak_spreads, repetition_of, start_turns
@@ -54,7 +54,7 @@ _STATUS = {
         "not-finite",
         "the motion is no longer finite at {time:.6g} s; check masses, stiffness and clearance for wrong units",
     ),
-    SUMS_NOT_FINITE: (
+    integration.SUMS_NOT_FINITE: (
         "not-finite",
         "the motion is finite up to {time:.6g} s, but a sum of its powers, forces or wear is not; check masses, "
         "stiffness and wear coefficients for wrong units, else report this grid as an error of the program",

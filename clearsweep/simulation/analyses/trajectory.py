@@ -180,6 +180,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
         finish_samples(scene, run)
     if full_run:
         run.add_cost(full_run)
+        release(full_run)
     trajectory = trajectory_of(scene, run, end)
     keep_end(scene, run)
     release(run)

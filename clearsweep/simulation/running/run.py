@@ -1,9 +1,11 @@
 """One integration of a scene: its buffers, and the compiled calls that do it."""
 
+import contextlib
 import dataclasses
 import functools
 import itertools
 import math
+import sys
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -53,7 +55,7 @@ from .vibration import CAPACITY, Signals
 
 REST = 1e-9  # of the onset rate and of the largest depth: less is rest, in a contact
 #: Further statuses besides those of the loop
-TIME_BUDGET, ROUNDING, SUMS_NOT_FINITE, BENT_TOO_FAR, HISTORY_NOT_FINITE = -1, -2, -3, -4, -5
+TIME_BUDGET, ROUNDING, BENT_TOO_FAR, HISTORY_NOT_FINITE = -1, -2, -3, -4
 MIN_STEPS = 1 << 15  # steps after which the budget that a run will need is estimated
 #: Change of a rate over a step by rounding of a position, over the allowed error, from which rounding limits the step.
 #: Runs that it limits have 0.2 to 3, others below 1e-3.
@@ -73,7 +75,7 @@ class Run:
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_state(value), Memory()
         n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
-        self.form_number, self.batch_key, self.in_angles = form_number(value), start.batch_key, in_angles
+        self.kind = form_number(value), start.batch_key, in_angles
         self.arrays = arrays = arrays_of(scene, start.batch_key.marks, zeros)
         self.parameters = arrays["parameters"]  # compiled code keeps its address
         time_index = 2 * len(value.coordinates)
@@ -141,11 +143,16 @@ class Run:
         self.totals.bins.fill(0)
         self.totals.wear.fill(0.0)
         self.totals.account.fill(0.0)
-        Account(self.totals.account).column("sliding_distance")[:] = self.earlier_sliding
+        self._begin_account()
         if self.signals:
             self.signals.reset()
         if self.link_signals:
             self.link_signals.reset()
+
+    def _begin_account(self) -> None:
+        """Enter the earlier wear in the account, which is empty."""
+        if self.earlier_sliding:
+            Account(self.totals.account).column("sliding_distance")[:] = self.earlier_sliding
 
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
@@ -154,7 +161,6 @@ class Run:
         initial_count = len(inputs.initial_values)
         self.inputs[:] = start.inputs
         arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = inputs.initial_values, 0.0
-        arrays["bins"][:] = 0
         arrays["mode"][:] = np.where(scene.start[work.time + 1 :][: work.mode.size] > 0.0, work.pressed, work.apart)
         arrays["has_friction"][:] = inputs.has_friction
         if scene.earlier_end is not None:
@@ -162,12 +168,12 @@ class Run:
         put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)
         mechanism_totals: Any = self.totals.mechanism
         mechanism_totals.target_speed, mechanism_totals.target_time = start_up(scene.machine)
-        self.earlier_sliding = inputs.sliding_distance if scene.worn else 0.0  # m, before the run
-        Account(self.totals.account).column("sliding_distance")[:] = self.earlier_sliding
+        self.earlier_sliding = inputs.sliding_distance if scene.worn else None  # m, before the run
+        self._begin_account()
         self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, max_duration=start.max_step)
         self.work = self.pinned.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks
-        self.rounding = np.finfo(float).eps * scene.built.size / scene.built.lengths  # of the coordinates
+        self.rounding = sys.float_info.epsilon * scene.built.size / scene.built.lengths  # of the coordinates
         self.status, self.events, self.duration = integration.OK, NO_EVENTS, 0.0
         self.logs: list[np.ndarray] = []  # blocks of events, as they were copied
         self.counts = work.counts.copy()  # work counts, including perturbed runs
@@ -212,7 +218,12 @@ class Run:
         if logged := int(work.stepper.logged):
             self.logs.append(work.log[:logged].copy())
         self.status, work.stepper.begun = status, 0.0
-        self._take_recorded_steps()
+        if recorded := int(work.stepper.recorded):
+            work.stepper.recorded = 0.0
+            for figures in filter(None, (self.link_signals, self.signals)):
+                figures.add(self.recording[:recorded])
+        if status == integration.OK and not self.link_signals:
+            return True
         if status == integration.TURNS_STIFF:
             work.slopes.numbers[:] = slopes_of(self.value, self.parameters)
             return False
@@ -231,15 +242,6 @@ class Run:
             self.status = ROUNDING
             return True
         return status != integration.PAUSED or bool(work.y[work.independent] >= work.control.pause)
-
-    def _take_recorded_steps(self) -> None:
-        """Add the recorded steps to the figures that follow from signals."""
-        work: Any = self.work  # mypy takes its parts for tuples of anything
-        rows, work.stepper.recorded = self.recording[: int(work.stepper.recorded)], 0.0
-        if self.link_signals:
-            self.link_signals.add(rows)
-        if self.signals:
-            self.signals.add(rows)
 
     def is_held_at_rest(self) -> bool:
         """Return whether two bodies that should part rest in contact: overdamped, and pulled together."""
@@ -270,23 +272,12 @@ class Run:
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
     def conclude(self, log: np.ndarray) -> None:
-        """Record all events and the work counts of the integration, and fail it if sums or histories are not finite."""
+        """Record all events and the work counts of the integration, and fail it if its histories are not finite."""
         self.events = log
         self.counts.numbers[:] += self.work.counts.numbers
-        if self.status == integration.OK and not self.has_finite_sums():
-            self.status = SUMS_NOT_FINITE
-        elif self.status == integration.OK and not np.isfinite(self.record.samples).all():
+        samples = self.record.samples
+        if self.status == integration.OK and samples.size and not np.isfinite(samples).all():
             self.status = HISTORY_NOT_FINITE
-
-    def has_finite_sums(self) -> bool:
-        """Return whether figures can follow from the sums; some maxima are infinite before their first value."""
-        sums: Any = self.totals  # mypy takes its parts for tuples of anything
-        arrays = sums.mechanism.numbers, sums.joint.numbers, sums.friction
-        has_nan = any(bool(np.isnan(array).any()) for array in arrays)
-        highest_bin = int(sums.bins[:, totals.HIGHEST_BIN].max(initial=0))
-        histograms = sums.histogram[:, : highest_bin + 1], sums.dry[:, : highest_bin + 1]
-        is_finite = all(bool(np.isfinite(array).all()) for array in (sums.account, sums.wear, *histograms))
-        return is_finite and not has_nan and math.isfinite(sums.mechanism.residual)
 
     def add_cost(self, other_run: "Run") -> None:
         """Add the work counts of another run."""
@@ -294,30 +285,27 @@ class Run:
         self.duration += other_run.duration
 
 
-released_runs: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
+released_runs: list[Run] = []  # the last ones: creating a run takes four times as long as restarting one
+MAX_RELEASED = 2  # a case without a crank takes two different ones: without samples, and with them
 
 
 def initial_run(scene: Scene, times: np.ndarray, *, in_angles: bool, marks: Marks) -> Run:
-    """Return a run at the start of a scene: the released run if it has the same type and BatchKey."""
-    try:
-        run = released_runs.pop()
-    except IndexError:
-        run = None
+    """Return a run at the start of a scene: a released run if one has the same type and BatchKey."""
     start = start_of(scene, times, marks)
-    if run and (run.form_number, run.batch_key, run.in_angles) == (
-        form_number(scene.value),
-        start.batch_key,
-        in_angles,
-    ):
-        run.begin(start)
-        return run
+    kind = form_number(scene.value), start.batch_key, in_angles
+    for run in released_runs[:]:
+        if run.kind == kind:
+            with contextlib.suppress(ValueError):  # another thread has taken it
+                released_runs.remove(run)
+                run.begin(start)
+                return run
     return Run(start, in_angles=in_angles)
 
 
 def release(run: Run) -> None:
     """Release a run for reuse, except one with large time histories."""
     if run.record.samples.nbytes <= MAX_RETAINED_BYTES:
-        released_runs[:] = [run]
+        released_runs[:] = [run, *released_runs[: MAX_RELEASED - 1]]
 
 
 def rounding_of_rates(run: Run) -> float:

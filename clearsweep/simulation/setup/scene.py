@@ -16,7 +16,7 @@ from ...answers.verdict import NO_LIMITS, LimitsAndFigures
 from ...contracts.case import Case
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
-from ...contracts.machine import STARTED_FRACTION, Constant, Machine, Mesh, Motor, Path, Schedule, Stops
+from ...contracts.machine import STARTED_FRACTION, Constant, Machine, Motor, Path, Schedule
 from ...language.errors import InputError
 from ...mechanics.coupling import rates
 from ...mechanics.coupling.state import every_state
@@ -207,7 +207,7 @@ def scene_inputs(scene: "Scene") -> SceneInputs:
     """Return the inputs that all runs of a scene share."""
     case, built, value, start = scene.case, scene.built, scene.value, scene.start
     by_contact = _contact_inputs(case, value, scene.worn)
-    contacts = ContactInputs(*([getattr(each, name) for each in by_contact] for name in ContactInputs._fields))
+    contacts = ContactInputs(*zip(*by_contact, strict=True)) if by_contact else ContactInputs(*[()] * 6)
     internal, latched = _internal_states(value)
     knots = knots_of(scene.machine, is_timed=case.simulate.period is not None)
     latches = [ONSET_FLOOR] * len(contacts.side) + [began for _, began in latched]
@@ -223,8 +223,8 @@ def scene_inputs(scene: "Scene") -> SceneInputs:
         initial_values=list(chain.from_iterable(initial)),
         loop_inputs=[*knots, *[began for _, _, began in internal], *contacts.side, *contacts.limit_depth],
         knots=len(knots),
-        has_friction=tuple(contacts.has_friction),
-        sliding_distance=tuple(contacts.sliding_distance),
+        has_friction=contacts.has_friction,
+        sliding_distance=contacts.sliding_distance,
     )
 
 
@@ -418,9 +418,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, earlier_end: Carri
     enter_laws(case)
     mechanism = mechanism_of(case)
     machine = None if mechanism.build else machine_of(mechanism, case)
-    flanked = (
-        {each.name: each for each in machine.joints if isinstance(each, Mesh | Stops)} if machine is not None else {}
-    )
+    flanked: dict[str, Any] = {each.name: each for each in machine.joints} if machine else {}
     joints: dict[str, Any] = {
         joint.name_in_machine: registry.compile_mesh(joint, flanked[joint.name_in_machine])
         if joint.flanked

@@ -244,11 +244,11 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
         "counts": (integration.Counts.SIZE,),
         "method": (integration.Method.SIZE,),
         "slopes": (integration.Slopes.SIZE,),
+        "bins": (contacts, totals.BIN_COLUMNS),
     }
     integer_array_shapes = {
         "mode": (contacts,),
         "has_friction": (contacts,),
-        "bins": (contacts, totals.BIN_COLUMNS),
     }
     numbers, arrays = np.zeros(sum(map(math.prod, initial_array_shapes.values()))), dict[str, np.ndarray]()
     ends = itertools.accumulate(map(math.prod, initial_array_shapes.values()))
