@@ -85,6 +85,7 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
     first, second, third, fourth = cases(count=4, **{"save.orbits": "none"})
     failing = second._replace(simulate=second.simulate._replace(step_budget=40))
     implicit = third._replace(simulate=third.simulate._replace(method="implicit"))
+    run.released_runs.clear()
     result = []
     for case in (first, failing, first, implicit, first, fourth, first):
         result.append(simulation.solve(case))

@@ -25,12 +25,15 @@ from clearsweep.mechanics.observe import (
     put_ramp,
     time_above,
 )
+from clearsweep.mechanics.solver.loop import has_finite_sums
 from clearsweep.mechanics.solver.totals import (
     BIN_COLUMNS,
     FIRST_BIN_TIME,
     HIGHEST_BIN,
     PART_TIME_ROWS,
     PULLING_TIME,
+    ContactTotals,
+    MechanismTotals,
     add_force_profile,
 )
 
@@ -97,6 +100,21 @@ def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
         assert force == pytest.approx(EDGES[place] + share * WIDTHS[place], rel=1e-9)
 
 
+def test_a_sum_that_is_not_finite_is_found():
+    arrays = {name: np.zeros((1, 9, 2)) for name in ("histogram", "dry")}
+    arrays |= {"account": np.zeros((1, 2)), "wear": np.zeros(2), "friction": np.zeros(2)}
+    numbered = {"mechanism": MechanismTotals.zeros(), "joint": ContactTotals.zeros(1)}
+    totals = SimpleNamespace(**arrays, **numbered, bins=np.full((1, BIN_COLUMNS), 3))
+    totals.mechanism.speed_min = totals.joint[0].depth_max = math.inf  # before its first value
+    assert has_finite_sums(totals)
+    for array in (*arrays.values(), *(fields.numbers for fields in numbered.values())):
+        array.flat[1] = math.nan
+        assert not has_finite_sums(totals)
+        array.flat[1] = 0.0
+    totals.histogram[0, 4, 0] = math.nan  # above the highest bin nothing is read
+    assert has_finite_sums(totals)
+
+
 @pytest.mark.parametrize(("first", "film", "pulling"), [(0.0, np.inf, 0.0), (-50.0, 1e-6, 1.0 / 3.0)])
 def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pulling):
     """From `first` to 100 N; a film pulls where its force is negative, and that time is one without force."""
@@ -124,7 +142,7 @@ def test_a_part_of_a_long_step_is_not_taken_for_a_ramp():
     o[0, NODES], o[1, NODES] = 1.0 + x, 1001.0 - 1600.0 * (x - 0.375) ** 2
     histogram, shares = np.zeros((1, BINS, 2)), TO_PART_MEANS.T @ o[0, NODES]
     assert shares == pytest.approx(1.0 + (np.arange(PARTS) + 0.5) / PARTS)
-    rows = np.zeros((2, PARTS + 1)), np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)
+    rows = np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)
     highest = [add_fine_part(histogram, 0, o, (0, 1), part, 2.0 / shares.sum(), rows) for part in range(PARTS)]
     assert max(highest) == force_bin(1001.0)
     for force in (600.0, 900.0, 990.0):

@@ -252,21 +252,18 @@ def add_fine_part(histogram, j, o, columns, part, scale, rows):
 
     The steps of a method of high order are so long that a part of them is far from a ramp.
 
-    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1; rows : workspace, values
-    (2, PARTS + 1), ramps (3, PARTS) and bins (PARTS + 1,) int64
+    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1; rows : workspace, ramps
+    (3, PARTS) and bins (PARTS + 1,) int64
     """
-    (values, ramps, bins), scale_of_ramp, highest = rows, scale * (0.5 / FINE_PARTS), 0
-    for row in range(2):
-        values[row, PARTS] = max(value_at(o, columns[row], TO_FINE_ENDS, part * FINE_PARTS), 0.0)
+    (ramps, bins), scale_of_ramp, highest = rows, scale * (0.5 / FINE_PARTS), 0
     for batch in rolled_range(FINE_PARTS // PARTS):
-        for row in range(2):
-            values[row, 0] = values[row, PARTS]
-            for i in lane_range(PARTS):
-                end = part * FINE_PARTS + batch * PARTS + i + 1
-                values[row, i + 1] = max(value_at(o, columns[row], TO_FINE_ENDS, end), 0.0)
         for i in lane_range(PARTS):
-            duration = (values[0, i] + values[0, i + 1]) * scale_of_ramp
-            put_ramp(ramps, bins, i, (values[1, i], values[1, i + 1]), duration)
+            first = part * FINE_PARTS + batch * PARTS + i  # both ends anew: values in memory would have to be awaited
+            (kappa, next_kappa), forces = (
+                tuple(max(value_at(o, column, TO_FINE_ENDS, end), 0.0) for end in (first, first + 1))
+                for column in columns
+            )
+            put_ramp(ramps, bins, i, forces, (kappa + next_kappa) * scale_of_ramp)
         add_ramps(histogram, j, bins, ramps)
         for i in range(PARTS + 1):
             highest = max(highest, bins[i])

@@ -343,7 +343,7 @@ def add_force_times(pointer, j):
             lower, higher = min(bins[j, i], bins[j, i + 1]), max(bins[j, i], bins[j, i + 1])
             pulls = has_film and force[i] * force[i + 1] < 0.0  # for a part of the time
             if higher >= bins[j, FINE_BIN] and lower <= bins[j, LAST_FINE_BIN] and not pulls:
-                rows = totals.step_values[j], part_times[j, FINE_TIMES:], bins[j, FINE_BINS:]
+                rows = part_times[j, FINE_TIMES:], bins[j, FINE_BINS:]
                 highest = add_fine_part(totals.histogram, j, work.o, (KAPPA, column_of(j, NORMAL)), i, scale, rows)
                 bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
                 ramps[0, i], ramps[1, i], ramps[2, i] = 0.0, 0.0, 0.0

@@ -275,8 +275,7 @@ class Run:
         """Record all events and the work counts of the integration, and fail it if its histories are not finite."""
         self.events = log
         self.counts.numbers[:] += self.work.counts.numbers
-        samples = self.record.samples
-        if self.status == integration.OK and samples.size and not np.isfinite(samples).all():
+        if self.status == integration.OK and not math.isfinite(self.record.samples.sum()):
             self.status = HISTORY_NOT_FINITE
 
     def add_cost(self, other_run: "Run") -> None:
