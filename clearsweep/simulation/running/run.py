@@ -219,9 +219,11 @@ class Run:
             self.logs.append(work.log[:logged].copy())
         self.status, work.stepper.begun = status, 0.0
         if recorded := int(work.stepper.recorded):
-            work.stepper.recorded = 0.0
-            for figures in filter(None, (self.link_signals, self.signals)):
-                figures.add(self.recording[:recorded])
+            work.stepper.recorded, rows = 0.0, self.recording[:recorded]
+            if self.link_signals:
+                self.link_signals.add(rows)
+            if self.signals:
+                self.signals.add(rows)
         if status == integration.OK and not self.link_signals:
             return True
         if status == integration.TURNS_STIFF:
