@@ -30,7 +30,7 @@ class Wrong(NamedTuple):
     messages: list[str]
 
     def source(self):
-        """Return the grid: a dict, or the name of a file that is written into this folder beside its tables."""
+        """Return the grid: a dict, or the name of a file that is written into this folder next to its tables."""
         values = [line for line in self.changes if line[0] not in "-+&|~"]
         removed = [line[2:] for line in self.changes if line.startswith("~ ")]
         if values or removed:

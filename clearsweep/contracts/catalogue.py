@@ -183,15 +183,16 @@ class Field(NamedTuple):
     def allowed(self, value: float = 0.0) -> str:
         """Return the range in words: 'above 0 and at most 1'; with the global bounds if `value` exceeds them."""
         bounds = []
+        factor, shown = (math.degrees(1.0), "deg") if self.unit == "rad" and _is_sized(value) else (1.0, self.unit)
         if self.low > -inf:
-            bounds.append(f"{'above' if self.low_open else 'at least'} {self.low:.15g}")
+            bounds.append(f"{'above' if self.low_open else 'at least'} {factor * self.low:.15g}")
         if self.high < inf:
-            bounds.append(f"{'below' if self.high_open else 'at most'} {self.high:.15g}")
+            bounds.append(f"{'below' if self.high_open else 'at most'} {factor * self.high:.15g}")
         if not _is_sized(value):
             bounds.append(f"of a size from {1.0 / LARGEST:g} to {LARGEST:g}")
         if self.nonzero:
             bounds.append("not 0")
-        unit = "" if self.unit == "1" else f" ({self.unit})"
+        unit = "" if shown == "1" else f" ({shown})"
         return ("a whole number " if self.integer else "") + (" and ".join(bounds) or "any finite number") + unit
 
     def contains(self, value: float) -> bool:

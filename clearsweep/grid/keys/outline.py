@@ -220,7 +220,8 @@ def _joint_outline(name: str, section: Mapping[str, Any], *, stops: bool) -> Joi
     body_pair = _word_pair(section.get("between"))
     journal = section.get("journal")
     written_type = section.get("type")
-    kind = written_type if written_type in ("prismatic", "slot", "gear", "coupling") else "revolute"
+    likely = "gear" if "ratio" in section else "revolute"
+    kind = written_type if written_type in ("prismatic", "slot", "gear", "coupling") else likely
     has_stops = stops and kind in ("revolute", "prismatic")
     return JointOutline(name, kind, *body_pair, journal if isinstance(journal, str) else "", has_stops)
 

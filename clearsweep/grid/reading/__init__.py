@@ -168,9 +168,9 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
     if content is None and isinstance(section, Section) and section.need == "implied":
         content = {}
     if not isinstance(content, dict):
-        reader.problems.add(
-            written, path, f"found {quoted(content)}; expected a section with the keys {', '.join(allowed)}"
-        )
+        table = "a table: the name of a .csv or .xlsx file, or columns with their values"
+        expected = table if allowed == ["table"] else f"a section with the keys {', '.join(allowed)}"
+        reader.problems.add(written, path, f"found {quoted(content)}; expected {expected}")
         reader.unread_sections.add(path)
         return
     invalid = dict(wrong_names(path, content)) if has_user_names(path) else {}

@@ -221,8 +221,12 @@ def _check_initial(reader: Reader) -> None:
         path = f"mechanism.bodies.{body.name}.initial"
         if not reader.is_given(path):
             continue
-        turns = _turns_on_pin(reader, body.name)
+        turns, driven = _turns_on_pin(reader, body.name), reader.values.get("mechanism.driven")
         for joint in reader.outline.joints:
+            if joint.name == driven and body.name in joint.bodies:
+                message = f"{driven} is driven, so the drive determines how {body.name} starts; leave initial out"
+                reader.report(path, message)
+                continue
             if turns and joint.type == "revolute":
                 continue
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:

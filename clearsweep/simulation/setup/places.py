@@ -212,9 +212,11 @@ def press_flanks(built: Built, joints: Mapping[str, Any], depth_roots: np.ndarra
             for side in (DRIVE, COAST):
                 depth = side * (gap.x - joint.middle) - gap.wider - joint.reach
                 if name.endswith(STOPS_SUFFIX) and depth > TOUCHING * built.size:
+                    unit = "rad" if joint.arm_proximal else "m"
+                    place, beyond = (quantity_text(value, unit, 4) for value in (gap.x, depth))
                     raise InputError(
-                        f"joints.{name.removesuffix(STOPS_SUFFIX)}.stops.at: the joint starts at {gap.x:.6g}, "
-                        f"{depth:.6g} beyond a stop (rad or m); move the stop, or change where the motion starts"
+                        f"joints.{name.removesuffix(STOPS_SUFFIX)}.stops.at: the joint starts at {place}, {beyond} "
+                        "beyond a stop; move the stop, or change where the motion starts"
                     )
                 if depth > LARGEST_TWIST * min(joint.arm_proximal, abs(joint.arm_distal)):
                     angles = quantity_text(gap.x / joint.arm_distal, "rad", 4)
