@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from mechanism_cases import changed
 from spatial_cases import JOINT, spatial
+from spatial_oracle import Oracle
 
 import clearsweep
 from clearsweep import grid, simulation
@@ -357,19 +358,76 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
         assert distance == pytest.approx(expected, rel=1e-6 if sliding == 0.0 else 0.05, abs=1e-9)
 
 
+# ---------------------------------------------------------------------------------------------- peaks of pressure
+
+
+def bearing_at_ends(law, tilt, revolutions):
+    """Return a grid of walls that bear at their ends, with friction and wear."""
+    case = spatial(
+        contact=JOINT["contact"] | {"law": law, "stiffness": 6.61e10},
+        wear={"law": "archard", "coefficient": 2e-14, "bins": 90, "length_bins": 20},
+        friction={"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2},
+        tilt=tilt,
+        walls="ends",
+    )
+    case["simulate"] |= {"revolutions": revolutions, "discard": 0}
+    return case
+
+
+def peaks_at(tolerance, case):
+    """Return the largest pressure (Pa) and pressure times speed (W/m^2) of the crank pin."""
+    case["simulate"]["tolerance"] = tolerance
+    summary = clearsweep.simulate(clearsweep.load_case(case)).summary
+    return np.array([summary["crank_rod_pressure_peak"], summary["crank_rod_pv_peak"]])
+
+
+def peaks_of_oracle(oracle, times):
+    """Return the same of an Oracle: each end's load over half the length, as its depth less its lean, on chords."""
+    peaks, half = np.zeros(2), oracle.journal_half_length
+    clearance = oracle.bearing - oracle.journal
+    for t, y in zip(times, oracle.run(times)[0], strict=True):
+        seen = oracle.look(t, y)
+        turn, _, _, (middle, _, moving, spin), _, (v, w) = seen
+        normals = oracle.forces(t, y)[-1]
+        for end, load, (point, normal, depth) in zip((1.0, -1.0), normals, oracle.points(seen), strict=False):
+            if load <= 0.0:
+                continue
+            lean = end * normal @ turn[:, 2]
+            reach = min(half, depth / lean) if lean > 0.0 else half
+            line_load = load * max(depth, depth - lean * reach) / (reach * (depth - 0.5 * lean * reach))
+            cosine = clearance / (clearance + max(depth, depth - lean * reach))
+            pressure = line_load / (2.0 * oracle.bearing * math.sqrt(1.0 - cosine * cosine))
+            slip = v + np.cross(w, point - y[:3]) - moving - np.cross(spin, point - depth * normal - middle)
+            speed = np.linalg.norm(slip - (slip @ normal) * normal)
+            peaks = np.maximum(peaks, [pressure, pressure * speed])
+    return peaks
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("law", ["lankarani-nikravesh", "lankarani-nikravesh-plastic"])
-def test_peaks_of_pressure_do_not_follow_the_tolerance(law):
-    """Of walls that bear at their ends; a limit at the depth 0 is a quotient of two small numbers."""
-    contact = JOINT["contact"] | {"law": law, "stiffness": 6.61e10}
-    wear = {"law": "archard", "coefficient": 2e-14, "bins": 90, "length_bins": 20}
-    friction = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
-    case = spatial(contact=contact, wear=wear, friction=friction, tilt=[0.005236, 0.0], walls="ends")
-    result = []
+@pytest.mark.parametrize("tilt", [[0.0, 0.0], [0.005236, 0.0], [0.001, 0.003]], ids=("parallel", "tilted", "across"))
+def test_peaks_of_pressure_are_those_of_a_second_program_at_any_tolerance(tilt):
+    """Over the first three impacts; later the tilt of a parallel pin grows from rounding, as its motion is unstable."""
+    case = bearing_at_ends("lankarani-nikravesh", tilt, 0.04)
+    expected = peaks_of_oracle(Oracle(case), np.linspace(0.0, 0.0024, 1201))
     for tolerance in (1e-6, 1e-8, 1e-10):
-        case["simulate"] |= {"revolutions": 0.5, "discard": 0, "tolerance": tolerance}  # chaos blurs later peaks
-        summary = clearsweep.simulate(clearsweep.load_case(case)).summary
-        result.append([summary["crank_rod_pressure_peak"], summary["crank_rod_pv_peak"]])
-    for peaks in zip(*result, strict=True):
-        assert peaks[:2] == pytest.approx([peaks[2]] * 2, rel=0.05)
-    assert 3e8 < result[2][0] < 8e8
+        assert peaks_at(tolerance, case) == pytest.approx(expected, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "tilt", "revolutions"),
+    [
+        ("lankarani-nikravesh", [0.005236, 0.0], 1.0),
+        ("lankarani-nikravesh", [0.010472, 0.0], 1.0),
+        ("lankarani-nikravesh", [0.0, 0.0], 0.1),
+        ("lankarani-nikravesh-plastic", [0.005236, 0.0], 1.0),
+        ("lankarani-nikravesh-plastic", [0.0, 0.005236], 0.2),
+        ("lankarani-nikravesh-plastic", [0.0, 0.0], 0.1),
+    ],
+)
+def test_peaks_of_pressure_do_not_follow_the_tolerance(law, tilt, revolutions):
+    """A limit at the depth 0 is a quotient of two small numbers."""
+    case = bearing_at_ends(law, tilt, revolutions)
+    *coarse, finest = (peaks_at(tolerance, case) for tolerance in (1e-6, 1e-7, 1e-8, 1e-9, 1e-10))
+    for peaks in coarse:
+        assert peaks == pytest.approx(finest, rel=0.05)
