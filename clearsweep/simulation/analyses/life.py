@@ -37,7 +37,7 @@ from .repeated import WindowLength
 # A block of revolutions of a life: its length, and the wear rates that follow from it.
 
 PHASES = 24  # phases of a revolution at which relative body angles are recorded
-LOOK_RATIO = 1.25  # of successive lengths at which irregular motion may end: sooner or later chance makes it narrow
+LOOK_RATIO = 1.1  # of successive lengths at which irregular motion may end: sooner or later chance makes it narrow
 
 
 class WornJoint(NamedTuple):

@@ -30,6 +30,7 @@ STUDENT_QUANTILES = (
     2.0280940009804502, 2.0261924630291093, 2.0243941639119694, 2.022690920036761, 2.021075390306273,
 )  # fmt: skip
 MIN_SKEWNESS = 1e-6  # of a mean: below, the correction for skewness is less than rounding
+SHORTFALL_SHARE = 0.25  # that counts where a bin that scatters falls short: runs tend to end when it is low by chance
 
 
 def half_width(values: np.ndarray) -> float:
@@ -209,17 +210,14 @@ class DepthRate(NamedTuple):
         return self.take(window.totals, index).max() / window.duration
 
     def over_blocks(self, times: np.ndarray, depths: Sequence[Any], revolutions: int) -> tuple[float, float]:
-        """Return the rate of the finally deepest bin, and its half-width.
-
-        Another bin, which scatters more, may wear faster in the long run: the interval extends to the highest end.
-        """
+        """Return the rate of the finally deepest bin, and its half-width, up to the end of the interval of any bin."""
         rates = np.diff(depths, axis=0) / np.diff(times)[:, None]
         reach = student_quantile(len(rates)) / math.sqrt(len(rates))
-        rival = int(np.argmax(rates.mean(axis=0) + reach * rates.std(axis=0)))
+        rival = int(np.argmax(SHORTFALL_SHARE * rates.mean(axis=0) + reach * rates.std(axis=0)))
         (rate, width), (other_rate, other_width) = (
             _mean(times, [depth[each] for depth in depths]) for each in (np.argmax(depths[-1] - depths[0]), rival)
         )
-        return rate, max(width, other_rate + other_width - rate)
+        return rate, max(width, other_width - SHORTFALL_SHARE * (rate - other_rate))
 
 
 class ForceExceeded(NamedTuple):
