@@ -144,7 +144,7 @@ def test_wear_that_is_steady_in_one_bin_does_not_hide_that_another_may_be_deeper
 
 
 def test_a_run_does_not_end_because_a_bin_that_scatters_is_low_by_chance():
-    """Looks at lengths that grow by a tenth, until the interval is 5 %: of 200 intervals 190 should contain the truth."""
+    """Looks at lengths that grow by a tenth, until the interval is 5 %: 190 of 200 should contain the truth."""
     random, inside = np.random.default_rng(2), 0
     for _ in range(200):
         wear = np.column_stack([random.normal(0.945, 0.09, 640), 0.55 + random.exponential(0.45, 640)])
