@@ -335,7 +335,7 @@ def force_quantile(histogram: np.ndarray, time_exceeded: float) -> float:
 
 def time_above(force: float, histogram: np.ndarray) -> float:
     """Return the time (s) at a higher force than `force` (N) in a histogram, (BINS, 2)."""
-    bin_count = np.max(np.flatnonzero(histogram.any(axis=1)), initial=-1) + 1
+    bin_count = np.flatnonzero(histogram).max(initial=-1) // 2 + 1
     bin_base_time, increments = histogram[:bin_count].T
     bin_time = bin_base_time + (np.cumsum(increments) - increments) * np.diff(EDGES[: bin_count + 1])
     index = int(np.searchsorted(EDGES, force, side="right")) - 1

@@ -102,7 +102,8 @@ def largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
-    beyond_limit, rubbing_powers, balls, sizes, wearing, overloaded, skidding, free = ([] for _ in range(8))
+    beyond_limit, rubbing_powers, balls, sizes, wearing = [], [], [], [], []
+    overloaded, skidding, free = [], [], []
     for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True):
         name, radius = layout.name, joint.bearing_radius
         if fraction := summary[f"{name}_law_limit_fraction"]:

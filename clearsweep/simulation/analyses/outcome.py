@@ -161,10 +161,11 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
     revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
     repetition = None if failed else repetition_of(scene, run.marks, revolutions)
     # Time (s) below the least load of each rolling bearing of known rating, in a window of `duration` (s)
-    loads = (joint.rolling.least_load if joint.rolling else 0.0 for joint in scene.case.joints)
     light_load_times = [
-        max(duration - time_above(load, histogram), 0.0) if load else 0.0
-        for load, histogram in zip(loads, totals.histogram, strict=True)
+        max(duration - time_above(joint.rolling.least_load, histogram), 0.0)
+        if joint.rolling and joint.rolling.least_load
+        else 0.0
+        for joint, histogram in zip(scene.case.joints, totals.histogram, strict=True)
     ]
     return Window(
         case=scene.case,

@@ -161,7 +161,8 @@ class Run:
         initial_count = len(inputs.initial_values)
         self.inputs[:] = start.inputs
         arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = inputs.initial_values, 0.0
-        arrays["mode"][:] = np.where(scene.start[work.time + 1 :][: work.mode.size] > 0.0, work.pressed, work.apart)
+        roots = scene.start[work.time + 1 :][: work.mode.size]
+        arrays["mode"][:] = np.where(roots > 0.0, work.pressed, work.apart) if scene.in_contact else work.apart
         arrays["has_friction"][:] = inputs.has_friction
         if scene.earlier_end is not None:
             arrays["mode"][:] = scene.earlier_end.mode
