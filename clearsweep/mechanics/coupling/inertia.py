@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from ...tracing.compiled.choosing import none_of, where
 from ...tracing.compiled.dual import as_type_of, plain
-from ...tracing.compiled.family import family, inlined, kernel, known, map_joints
+from ...tracing.compiled.family import family_with_default, inlined, kernel, known, map_joints
 from ..joints.contract import (
     after_joint,
     after_number,
@@ -28,20 +28,13 @@ from ..machines.contract import accelerate, gap_accelerations, gaps, impact_mass
 # ---------------------------------------------------------------------------------------------- effective mass
 
 
-@family
+@family_with_default
 def _joint_law_needs_mass(joint, gap, offsets, state):
     """Return whether the law of a joint needs the effective mass in its current state."""
-
-
-@_joint_law_needs_mass.member(None)
-def _default_joint_law_needs_mass(joint, gap, offsets, state):
     return False
 
 
-@_joint_law_needs_mass.member(Joint)
-@_joint_law_needs_mass.member(Lubricated)
-@_joint_law_needs_mass.member(WornJoint)
-@_joint_law_needs_mass.member(WornOnFoundation)
+@_joint_law_needs_mass.member(Joint, Lubricated, WornJoint, WornOnFoundation)
 def _joint_law_needs_mass_of_joint(joint, gap, offsets, state):
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     return touches(state.mode[offsets.contact]) and needs_mass(law)
@@ -57,33 +50,15 @@ def _joint_law_needs_mass_of_mesh(joint, gap, offsets, state):
     return is_needed
 
 
-@family
+@family_with_default
 def _with_mass(joint, mass, offsets, shared):
     """Return the joint with the effective mass (kg) of its contact set in its law."""
-
-
-@_with_mass.member(None)
-def _default_with_mass(joint, mass, offsets, shared):
     return joint
 
 
-@_with_mass.member(Joint)
-@_with_mass.member(WornJoint)
-@_with_mass.member(WornOnFoundation)
-@_with_mass.member(Lubricated)
-@_with_mass.member(Mesh)
+@_with_mass.member(Joint, WornJoint, WornOnFoundation, Lubricated, Mesh)
 def _with_mass_in_law(joint, mass, offsets, shared):
     return joint._replace(law=with_mass(joint.law, mass))
-
-
-@inlined
-def _joint_needs_mass(joint, gap, offsets, state):
-    return _joint_law_needs_mass(joint, gap, offsets, state)
-
-
-@inlined
-def _joint_with_mass(joint, mass, offsets, shared):
-    return _with_mass(joint, mass, offsets, shared)
 
 
 @inlined
@@ -96,8 +71,8 @@ def _zero_mass(gap, _, offsets, shared):
     return as_type_of(0.0, gap.x)
 
 
-_all_need_mass = map_joints(_joint_needs_mass, after_joint)
-_all_with_mass = map_joints(_joint_with_mass, after_number)
+_all_need_mass = map_joints(_joint_law_needs_mass, after_joint)
+_all_with_mass = map_joints(_with_mass, after_number)
 _masses_like = map_joints(_mass_like, after_number)
 _zero_masses = map_joints(_zero_mass, after_number)
 

@@ -475,12 +475,7 @@ def samples_of(scene, parameters) -> Entry:
 # ---------------------------------------------------------------------------------------------- loads of all joints
 
 
-@inlined
-def _load(joint, gap, offsets, state):
-    return load(joint, gap, offsets, state)
-
-
-_loads = map_joints(_load, after_joint)
+_loads = map_joints(load, after_joint)
 
 
 @inlined

@@ -160,9 +160,7 @@ def guard_quantity(contact):
     return 0.0
 
 
-@guard_quantity.member(Contact)
-def _guard_quantity_of_contact(contact):
-    return contact.stopping_force
+guard_quantity.member(Contact)(lambda contact: contact.stopping_force)
 
 
 @family_with_default

@@ -427,8 +427,7 @@ def update_wear_under_arc(joint, arc, body, area_over_radius, bins, row):
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
-@update_wear_over_span.member(WornJoint)
-@update_wear_over_span.member(WornOnFoundation)
+@update_wear_over_span.member(WornJoint, WornOnFoundation)
 def _update_wear_over_span_worn_joint_or_worn_on_foundation(joint, workspace, step_length, span, bins):
     update_worn_surfaces(joint.wear.pressure, joint, workspace, step_length, span, bins)
 

@@ -285,9 +285,7 @@ def corners_of(clearance: float, limit: float, begin: float = math.inf, end: flo
 # ---------------------------------------------------------------------------------------------- the film alone
 
 
-@contact_modes.member(Film)
-def _contact_modes_film(joint):
-    return (ContactModes(ACTS, ACTS),)
+contact_modes.member(Film)(lambda joint: (ContactModes(ACTS, ACTS),))
 
 
 @parts.member(Film)
@@ -306,9 +304,7 @@ def _load_film(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- with a dry joint
 
 
-@contact_modes.member(Lubricated)
-def _contact_modes_lubricated(joint):
-    return (ContactModes(AFLOAT, PRESSED),)
+contact_modes.member(Lubricated)(lambda joint: (ContactModes(AFLOAT, PRESSED),))
 
 
 @parts.member(Lubricated)
@@ -334,8 +330,7 @@ def _load_lubricated(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- observables
 
 
-@extra_columns.member(Film)
-@extra_columns.member(Lubricated)
+@extra_columns.member(Film, Lubricated)
 def _extra_columns_film_or_lubricated(joint):
     return FILM_WIDTH, 1
 
@@ -359,6 +354,4 @@ def _extra_observables_film_contact(contact, is_converged):
     return contact.dry, contact.film_power, contact.dry_friction_power, pressure, contact.speed, contact.pressure_power
 
 
-@extra_channels.member(FilmContact)
-def _extra_channels_film_contact(contact):
-    return (contact.dry,)
+extra_channels.member(FilmContact)(lambda contact: (contact.dry,))

@@ -116,14 +116,8 @@ times the fatigue loads of that ring, see `fatigue_loads`.
 """
 
 
-@power_stored.member(Rings)
-def _power_stored_rings(rings):
-    return rings.inner
-
-
-@power_lost.member(Rings)
-def _power_lost_rings(rings):
-    return rings.outer
+power_stored.member(Rings)(lambda rings: rings.inner)
+power_lost.member(Rings)(lambda rings: rings.outer)
 
 
 class _ElementContext(NamedTuple):
@@ -298,9 +292,7 @@ def _load_rolling(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- time histories
 
 
-@history_count.member(Rolling)
-def _history_count_rolling(joint):
-    return 7 + len(joint.elements)
+history_count.member(Rolling)(lambda joint: 7 + len(joint.elements))
 
 
 @gap_histories.member(Rolling)

@@ -156,9 +156,7 @@ def record_slot_contact(joint, gap, body_angles, j, instant):
     step.positions[j, SLOPES + 2, i] = 0.0
 
 
-@local_clearance.member(SlotJoint)
-def _local_clearance_slot_joint(joint, wall_angle, pin_angle):
-    return unworn_local_clearance(joint, wall_angle)
+local_clearance.member(SlotJoint)(lambda joint, wall_angle, pin_angle: unworn_local_clearance(joint, wall_angle))
 
 
 @inlined
@@ -292,9 +290,7 @@ class _WornContact(NamedTuple):
     couple_arm: float  # m, h_j': couple on the slot's body divided by the normal force
 
 
-@with_angles.member(WornSlot)
-def _with_angles_worn_slot(joint, gap, angles):
-    return TurnedSlotGap(*gap[:8], angles[1])
+with_angles.member(WornSlot)(lambda joint, gap, angles: TurnedSlotGap(*gap[:8], angles[1]))
 
 
 @inlined
@@ -365,9 +361,7 @@ def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
     return clearance * clearance / max(difference, POINT_MARGIN * clearance)
 
 
-@arc_width.member(WornSlot)
-def _arc_width_worn_slot(joint, workspace, i):
-    return 2.0 * math.pi
+arc_width.member(WornSlot)(lambda joint, workspace, i: 2.0 * math.pi)
 
 
 # ---------------------------------------------------------------------------------------------- worn shapes

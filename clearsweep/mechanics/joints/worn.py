@@ -376,22 +376,15 @@ def worn_load(joint, gap, mode, pen, onset_rate):
     return Load(fx=fx, fy=fy, moment_proximal=bearing_moment, moment_distal=journal_moment, contacts=(contact,))
 
 
-@power_stored.member(WornContact)
-def _power_stored_worn_contact(contact):
-    return contact.elastic * contact.generalised_rate
-
-
-@power_lost.member(WornContact)
-def _power_lost_worn_contact(contact):
-    return (contact.normal - contact.elastic) * contact.generalised_rate
+power_stored.member(WornContact)(lambda contact: contact.elastic * contact.generalised_rate)
+power_lost.member(WornContact)(lambda contact: (contact.normal - contact.elastic) * contact.generalised_rate)
 
 
 register_single_contact(WornJoint)
 register_single_contact(WornOnFoundation)
 
 
-@load.member(WornJoint)
-@load.member(WornOnFoundation)
+@load.member(WornJoint, WornOnFoundation)
 def _load_worn_joint_or_worn_on_foundation(joint, gap, offsets, state):
     mode = state.mode[offsets.contact]
     if mode == FREE:
@@ -401,8 +394,7 @@ def _load_worn_joint_or_worn_on_foundation(joint, gap, offsets, state):
     return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
 
 
-@contacts_at_speed.member(WornJoint)
-@contacts_at_speed.member(WornOnFoundation)
+@contacts_at_speed.member(WornJoint, WornOnFoundation)
 def _contacts_at_speed_worn_joint_or_worn_on_foundation(joint, gap, offsets, state, contacts):
     return (contacts[0]._replace(rate=generalised_rate(contacts[0].generalised, joint, gap)),)
 
@@ -441,8 +433,7 @@ def _seated_position_worn_joint(joint, eccentricity, angles):
 # ---------------------------------------------------------------------------------------------- wear
 
 
-@contact_angle.member(WornJoint)
-@contact_angle.member(WornOnFoundation)
+@contact_angle.member(WornJoint, WornOnFoundation)
 def _contact_angle_worn_joint_or_worn_on_foundation(joint, gap):
     nearest_point = nearest(joint, gap)
     return nearest_point.angle, nearest_point.normal_rate, nearest_point.depth, nearest_point.rate

@@ -58,9 +58,7 @@ class Dahl(NamedTuple):
     bend: float = 0.0  # z, m
 
 
-@friction_force.member(Dahl)
-def _friction_force_dahl(friction, normal, slip):
-    return -normal * friction.bristle_stiffness * friction.bend
+friction_force.member(Dahl)(lambda friction, normal, slip: -normal * friction.bristle_stiffness * friction.bend)
 
 
 @settled_state.member(Dahl)
@@ -230,9 +228,7 @@ class ElastoPlastic(NamedTuple):
     bend: float = 0.0  # z, m
 
 
-@guards.member(ElastoPlastic)
-def _guards_elasto_plastic(friction):
-    return (Guard(TOUCHING),) * 6
+guards.member(ElastoPlastic)(lambda friction: (Guard(TOUCHING),) * 6)
 
 
 @guard_values.member(ElastoPlastic)

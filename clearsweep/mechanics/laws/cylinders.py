@@ -315,9 +315,7 @@ def _force_and_energy_compatible(elastic, pen):
     return force, elastic.stiffness * (END_ENERGY * c * c + END_FORCE * overshoot * (c + overshoot / END_DEPTH))
 
 
-@elastic_energy.member(Compatible)
-def _elastic_energy_compatible(elastic, pen):
-    return force_and_energy(elastic, pen)[1]
+elastic_energy.member(Compatible)(lambda elastic, pen: force_and_energy(elastic, pen)[1])
 
 
 def _make_compatible(joint: Joint) -> Compatible:

@@ -203,14 +203,8 @@ def _linear(elastic, pen):
     return elastic.stiffness * pen
 
 
-@elastic_energy.member(Linear)
-def _elastic_energy_linear(elastic, pen):
-    return 0.5 * elastic.stiffness * pen * pen
-
-
-@force_and_stiffness.member(Linear)
-def _force_and_stiffness_linear(elastic, pen):
-    return elastic_force(elastic, pen), elastic.stiffness
+elastic_energy.member(Linear)(lambda elastic, pen: 0.5 * elastic.stiffness * pen * pen)
+force_and_stiffness.member(Linear)(lambda elastic, pen: (elastic_force(elastic, pen), elastic.stiffness))
 
 
 POWERS = (Power, PowerThreeHalves, Linear)

@@ -138,9 +138,7 @@ class Corners(NamedTuple):
     margin: float  # m
 
 
-@guards.member(Corners)
-def _guards_corners(corners):
-    return (Guard((ACTS, AFLOAT)),) * 2 + (Guard(TOUCHING),) * 4
+guards.member(Corners)(lambda corners: (Guard((ACTS, AFLOAT)),) * 2 + (Guard(TOUCHING),) * 4)
 
 
 @guard_values.member(Corners)
@@ -167,9 +165,7 @@ class Reversals(NamedTuple):
     end: float  # m, depth from which only the dry contact carries load; inf: never
 
 
-@guards.member(Reversals)
-def _guards_reversals(reversals):
-    return (Guard((ACTS, AFLOAT, *TOUCHING)),) * 4
+guards.member(Reversals)(lambda reversals: (Guard((ACTS, AFLOAT, *TOUCHING)),) * 4)
 
 
 @guard_values.member(Reversals)
@@ -194,9 +190,7 @@ class Unsheared(NamedTuple):
     """No couple."""
 
 
-@shear_couple.member(Unsheared)
-def _shear_couple_unsheared(shear, motion, rotation):
-    return as_type_of(0.0, motion.ratio)
+shear_couple.member(Unsheared)(lambda shear, motion, rotation: as_type_of(0.0, motion.ratio))
 
 
 @film_couples.member(Unsheared)

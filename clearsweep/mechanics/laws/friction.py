@@ -98,9 +98,7 @@ class Frictionless(NamedTuple):
     """No tangential force; the sliding speed is never computed for it."""
 
 
-@friction_force.member(Frictionless)
-def _friction_force_frictionless(friction, normal, slip):
-    return 0.0
+friction_force.member(Frictionless)(lambda friction, normal, slip: 0.0)
 
 
 # ---------------------------------------------------------------------------------------------- fields of several laws
@@ -139,9 +137,7 @@ def _friction_force_piecewise_friction(friction, normal, slip):
     return force_in_piece(law, current_piece(friction.piece, kinks(law), slip), normal, slip)
 
 
-@kinks.member(PiecewiseFriction)
-def _kinks_piecewise_friction(friction):
-    return kinks(friction.law)
+kinks.member(PiecewiseFriction)(lambda friction: kinks(friction.law))
 
 
 register_pieces(PiecewiseFriction, slip_variable)
@@ -393,9 +389,7 @@ def stribeck_coefficient(friction, slip):
 register_kinks(Stribeck, slip_variable)
 
 
-@kinks.member(Stribeck)
-def _kinks_stribeck(friction):
-    return (where(friction.shape == 2.0, math.inf, 0.0),)
+kinks.member(Stribeck)(lambda friction: (where(friction.shape == 2.0, math.inf, 0.0),))
 
 
 @friction_force.member(Stribeck)

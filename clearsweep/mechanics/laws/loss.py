@@ -309,24 +309,10 @@ def _lasting(law, elastic, pen, rate, onset_rate):
 _by_phase, _by_later_phase = cond(_impact, _after_impact), cond(_prolonged_impact, _lasting)
 
 
-@with_mass.member(Renewed)
-def _with_mass_renewed(law, mass):
-    return law._replace(mass=mass)
-
-
-@needs_mass.member(Renewed)
-def _needs_mass_renewed(law):
-    return law.doubling_energy == 0.0
-
-
-@needs_onset_rate.member(Renewed)
-def _needs_onset_rate_renewed(law):
-    return law.doubling_energy > 0.0
-
-
-@guards.member(Renewed)
-def _guards_renewed(law):
-    return Guard(TOUCHING), Guard(TOUCHING)
+with_mass.member(Renewed)(lambda law, mass: law._replace(mass=mass))
+needs_mass.member(Renewed)(lambda law: law.doubling_energy == 0.0)
+needs_onset_rate.member(Renewed)(lambda law: law.doubling_energy > 0.0)
+guards.member(Renewed)(lambda law: (Guard(TOUCHING), Guard(TOUCHING)))
 
 
 @guard_values.member(Renewed)

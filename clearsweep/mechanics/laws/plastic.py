@@ -161,11 +161,7 @@ def _kinks_yielding_sphere(law):
 
 
 kink_variable.member(YieldingSphere)(depth_variable)
-
-
-@guards.member(YieldingSphere)
-def _guards_yielding_sphere(law):
-    return (*_guards_plastic(law), Guard(TOUCHING))
+guards.member(YieldingSphere)(lambda law: (*_guards_plastic(law), Guard(TOUCHING)))
 
 
 @guard_values.member(YieldingSphere)
@@ -188,8 +184,7 @@ def _guard_values_plastic(law, start, contact, root):
     return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest)
 
 
-@latched.member(YieldingSphere)
-@latched.member(Plastic)
+@latched.member(YieldingSphere, Plastic)
 def _latched_yielding_sphere_or_plastic(law, event, contact, root):
     if event == UNLOADING:
         return (max(root * root, MIN_DEPTH),)
@@ -479,9 +474,7 @@ class SteppedDamper(NamedTuple):
 register_pieces(SteppedDamper, penetration_variable)
 
 
-@kinks.member(SteppedDamper)
-def _kinks_stepped_damper(law):
-    return (law.depth,)
+kinks.member(SteppedDamper)(lambda law: (law.depth,))
 
 
 @register_contact_force(SteppedDamper, pulls=False, times_elastic=False)

@@ -100,9 +100,7 @@ def _elastic_energy_rough(elastic, pen):
     return elastic_force(elastic, pen) * pen * _table_value(elastic, max(calculus.log(pen), elastic.start), 1)
 
 
-@root_parity.member(Rough)
-def _parity_rough(elastic):
-    return elastic.root_parity
+root_parity.member(Rough)(lambda elastic: elastic.root_parity)
 
 
 @functools.lru_cache(maxsize=256, typed=True)  # laws of different types may have equal numbers

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...contracts.catalogue import Channel
 from ...tracing.compiled.dual import Moving, as_type_of, slope, value
-from ...tracing.compiled.family import family, inlined, kernel, map_joints
+from ...tracing.compiled.family import family, family_with_default, inlined, kernel, map_joints
 from ..joints.contract import after_number
 from ..observe import ANGLE, AX, AY, FORCE_SQUARE, FORCE_X, FORCE_Y, MOMENT, PLACE_WIDTH, PLACES, TIME, VX, VY
 
@@ -124,66 +124,42 @@ def body_angles(mechanism, y):
     """
 
 
-@family
+@family_with_default
 def crank_rate(mechanism, pose, nominal):
     """Return the crank speed (rad/s), by which the drive's torque does work; `nominal` if it is constant."""
-
-
-@crank_rate.member(None)
-def _default_crank_rate(mechanism, pose, nominal):
     return nominal
 
 
-@family
+@family_with_default
 def load_power(mechanism, motion):
     """Return the power (W) of loads that depend on the Motion, such as friction in joints without clearance."""
-
-
-@load_power.member(None)
-def _default_load_power(mechanism, motion):
     return 0.0
 
 
-@family
+@family_with_default
 def friction_laws(mechanism):
     """Return the law of each friction load: in joints without clearance, or with a given size."""
-
-
-@friction_laws.member(None)
-def _default_friction_laws(mechanism):
     return ()
 
 
-@family
+@family_with_default
 def with_friction_laws(mechanism, laws):
     """Return the mechanism with other `laws` of its friction loads, of the same types."""
-
-
-@with_friction_laws.member(None)
-def _default_with_friction_laws(mechanism, laws):
     return mechanism
 
 
-@family
+@family_with_default
 def friction_slips(mechanism, motion):
     """Return the sliding speed at which the law of each friction load is evaluated, for a Motion.
 
     The unit is m/s, or rad/s for a couple of a given size.
     """
-
-
-@friction_slips.member(None)
-def _default_friction_slips(mechanism, motion):
     return ()
 
 
-@family
+@family_with_default
 def friction_powers(mechanism, motion):
     """Return the power (W) of each friction load for a Motion, negative if it dissipates energy."""
-
-
-@friction_powers.member(None)
-def _default_friction_powers(mechanism, motion):
     return ()
 
 
@@ -197,39 +173,27 @@ def gravity_of(mechanism):
     """Return the acceleration of gravity (m/s^2) along x and y."""
 
 
-@family
+@family_with_default
 def load_resultants(mechanism, pose):
     """Return force x, y (N) and moment about the origin (N m) of each load on all moving bodies together.
 
     Friction, whose reaction acts on another body, has none.
     """
-
-
-@load_resultants.member(None)
-def _default_load_resultants(mechanism, pose):
     return ()
 
 
-@family
+@family_with_default
 def link_signals(mechanism, pose, loads, motion):
     """Return the crank's angle (rad), then of each link that bends its modes (m) and the normal forces (N) at stations.
 
     The displacements (m) of each housing along x and y follow.  () without such links and housings.
     """
-
-
-@link_signals.member(None)
-def _default_link_signals(mechanism, pose, loads, motion):
     return ()
 
 
-@family
+@family_with_default
 def link_signal_count(mechanism):
     """Return the number of `link_signals`."""
-
-
-@link_signal_count.member(None)
-def _default_link_signal_count(mechanism):
     return 0
 
 

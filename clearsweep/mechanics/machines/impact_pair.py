@@ -75,14 +75,8 @@ MECHANISM = Mechanism(
 )
 
 
-@pose_at.member(ImpactPair)
-def _pose_at_impact_pair(mechanism, y):
-    return Pose(y[0], y[1])
-
-
-@gaps.member(ImpactPair)
-def _gaps_impact_pair(mechanism, pose):
-    return (Gap(pose.x, 0.0, pose.v, 0.0, 0.0, 0.0),)
+pose_at.member(ImpactPair)(lambda mechanism, y: Pose(y[0], y[1]))
+gaps.member(ImpactPair)(lambda mechanism, pose: (Gap(pose.x, 0.0, pose.v, 0.0, 0.0, 0.0),))
 
 
 @accelerate.member(ImpactPair)
@@ -90,24 +84,10 @@ def _accelerate_impact_pair(mechanism, pose, loads):
     return Motion((loads[0].fx * (1.0 / mechanism.mass),), 0.0, 0.0)
 
 
-@impact_masses.member(ImpactPair)
-def _impact_masses_impact_pair(mechanism, pose, joint_gaps):
-    return (mechanism.mass,)
-
-
-@energy.member(ImpactPair)
-def _energy_impact_pair(mechanism, pose):
-    return 0.5 * mechanism.mass * pose.v * pose.v, 0.0
-
-
-@body_angles.member(ImpactPair)
-def _body_angles_impact_pair(mechanism, y):
-    return ((0.0, 0.0),)
-
-
-@output_error.member(ImpactPair)
-def _output_error_impact_pair(mechanism, pose):
-    return 0.0, 0.0
+impact_masses.member(ImpactPair)(lambda mechanism, pose, joint_gaps: (mechanism.mass,))
+energy.member(ImpactPair)(lambda mechanism, pose: (0.5 * mechanism.mass * pose.v * pose.v, 0.0))
+body_angles.member(ImpactPair)(lambda mechanism, y: ((0.0, 0.0),))
+output_error.member(ImpactPair)(lambda mechanism, pose: (0.0, 0.0))
 
 
 @describe.member(ImpactPair)

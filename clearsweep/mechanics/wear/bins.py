@@ -347,9 +347,7 @@ def _wear_before_edge_uniform(pressure, rows, edge):
     return row_sum(rows.node_term) - difference
 
 
-@unfitted_edges.member(UniformPressure)
-def _unfitted_edges_uniform(pressure):
-    return MIN_BATCH - 1
+unfitted_edges.member(UniformPressure)(lambda pressure: MIN_BATCH - 1)
 
 
 @kernel

@@ -285,8 +285,7 @@ class Winkler(NamedTuple):
     """Proportional to the overlap of rigid circles, over the same arc: p varies as cos phi - cos theta0."""
 
 
-@half_arc.member(UniformPressure)
-@half_arc.member(Winkler)
+@half_arc.member(UniformPressure, Winkler)
 def _half_arc_of_rigid_circles(pressure, joint, radius, sliding):
     pen = max(sliding.depth, 0.0)
     square = pen / (
@@ -303,8 +302,7 @@ def _cumulative_pressure_uniform(pressure, x, half_angle):
     return min(max(0.5 + 0.5 * x, 0.0), 1.0)
 
 
-@smooth_range.member(UniformPressure)
-@smooth_range.member(Winkler)
+@smooth_range.member(UniformPressure, Winkler)
 def _smooth_range_uniform_or_winkler(pressure):
     return 1.0
 

@@ -54,10 +54,11 @@ def known(function):
 def family(stub):
     """Return `stub` as a function with code chosen by the type of its first argument.
 
-    `@stub.member(cls)` registers the code for `cls`, a NamedTuple; for None, the default for other types.  Keywords
-    restrict the code to values in which a field, a plain tuple, has items of given types: `member(cls, field=(A,
-    None))` needs an item of type `A` and one of any type.  The first match is used.  In compiled code the choice takes
-    no time and only the chosen body is compiled; with CLEARSWEEP_DISABLE_JIT=1 the same bodies run as plain Python.
+    `@stub.member(cls)` registers the code for `cls`, a NamedTuple, or for several; for None, the default for other
+    types.  Keywords restrict the code to values in which a field, a plain tuple, has items of given types: `member(cls,
+    field=(A, None))` needs an item of type `A` and one of any type.  The first match is used.  In compiled code the
+    choice takes no time and only the chosen body is compiled; with CLEARSWEEP_DISABLE_JIT=1 the same bodies run as
+    plain Python.
     """
     members = {}
     fields, bodies = {}, {}  # fields that narrow a class; cache of bodies by class and types in these fields
@@ -74,9 +75,10 @@ def family(stub):
             bodies[value_type] = _body_of(members, value)
         return bodies[value_type](value, *arguments)
 
-    def member(cls, **narrowed):
+    def member(*classes, **narrowed):
         def register_body(body):
-            members.setdefault(cls, []).append((narrowed, body))
+            for cls in classes:
+                members.setdefault(cls, []).append((narrowed, body))
             fields.clear()
             bodies.clear()
             return body

@@ -139,14 +139,8 @@ the two end forces with the strips' sum and moment.
 """
 
 
-@power_stored.member(SpreadContact)
-def _power_stored_spread_contact(contact):
-    return contact.stored_power
-
-
-@power_lost.member(SpreadContact)
-def _power_lost_spread_contact(contact):
-    return contact.lost_power
+power_stored.member(SpreadContact)(lambda contact: contact.stored_power)
+power_lost.member(SpreadContact)(lambda contact: contact.lost_power)
 
 
 #: Mode of a wall contact in `Spread`: the pressed length may reach the half of an end that is apart.
@@ -160,19 +154,9 @@ def _wall_modes_of(joint):
     return _SPREAD_WALLS if joint is not None and isinstance(joint.walls, Spread) else _WALLS
 
 
-@contact_modes.member(Through)
-def _contact_modes_through(joint):
-    return (*_wall_modes_of(joint), *_AUXILIARY)
-
-
-@contact_modes.member(Flanged)
-def _contact_modes_flanged(joint):
-    return (*_wall_modes_of(joint), *_WALLS, *_AUXILIARY)
-
-
-@guards.member(Leaving)
-def _guards_leaving(leaving):
-    return (Guard((ACTS,), observable=RAW, ends_run=True),)
+contact_modes.member(Through)(lambda joint: (*_wall_modes_of(joint), *_AUXILIARY))
+contact_modes.member(Flanged)(lambda joint: (*_wall_modes_of(joint), *_WALLS, *_AUXILIARY))
+guards.member(Leaving)(lambda leaving: (Guard((ACTS,), observable=RAW, ends_run=True),))
 
 
 @parts.member(Through)

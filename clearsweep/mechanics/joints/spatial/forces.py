@@ -145,14 +145,8 @@ def _in_wall_form(walls, contact):
     """Return a Contact in the form of a joint with these walls."""
 
 
-@_in_wall_form.member(EndContacts)
-def _in_wall_form_end_contacts(walls, contact):
-    return contact
-
-
-@_in_wall_form.member(Spread)
-def _in_wall_form_spread(walls, contact):
-    return as_spread(contact, contact.normal)
+_in_wall_form.member(EndContacts)(lambda walls, contact: contact)
+_in_wall_form.member(Spread)(lambda walls, contact: as_spread(contact, contact.normal))
 
 
 @family
@@ -165,9 +159,7 @@ def _wall_forces_end_contacts(walls, context, second_offsets):
     return _wall_force(context, 0, 1.0, context.offsets), _wall_force(context, 1, -1.0, second_offsets)
 
 
-@_wall_forces.member(Spread)
-def _wall_forces_spread(walls, context, second_offsets):
-    return spread_walls(context)
+_wall_forces.member(Spread)(lambda walls, context, second_offsets: spread_walls(context))
 
 
 @family
@@ -175,14 +167,8 @@ def force_at_end(contact):
     """Return the reported normal force (N) of a wall at its end."""
 
 
-@force_at_end.member(Contact)
-def _force_at_end_contact(contact):
-    return contact.normal
-
-
-@force_at_end.member(SpreadContact)
-def _force_at_end_spread_contact(contact):
-    return contact.end_force
+force_at_end.member(Contact)(lambda contact: contact.normal)
+force_at_end.member(SpreadContact)(lambda contact: contact.end_force)
 
 
 @kernel
@@ -256,8 +242,7 @@ def _load_flanged(joint, gap, offsets, state):
     )
 
 
-@contacts_at_speed.member(Through)
-@contacts_at_speed.member(Flanged)
+@contacts_at_speed.member(Through, Flanged)
 def _contacts_at_speed_through_or_flanged(joint, gap, offsets, state, contacts):
     motion, points, moved = _context_of(joint, gap, offsets, state).relative_motion, points_of(joint, gap), ()
     for i in range(len(points)):
@@ -280,18 +265,11 @@ POINT_CHANNELS = (
 )
 
 
-@history_count.member(Through)
-def _history_count_through(joint):
-    return 12
+history_count.member(Through)(lambda joint: 12)
+history_count.member(Flanged)(lambda joint: 16)
 
 
-@history_count.member(Flanged)
-def _history_count_flanged(joint):
-    return 16
-
-
-@gap_histories.member(Through)
-@gap_histories.member(Flanged)
+@gap_histories.member(Through, Flanged)
 def _gap_histories_through_or_flanged(joint, gap, side):
     position, velocity = to_fixed_frame(gap.frame, gap.middle), to_fixed_frame(gap.frame, gap.velocity)
     return position.x, position.y, position.z, velocity.x, velocity.y, velocity.z, tilt_of(gap.axis)

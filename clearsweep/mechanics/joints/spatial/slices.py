@@ -68,8 +68,7 @@ END_SLOPES = (
 ).rounded()
 
 
-@record.member(Through)
-@record.member(Flanged)
+@record.member(Through, Flanged)
 def _record_through_or_flanged(joint, gap, body_angles, j, instant):
     for wall in range(len(ENDS)):
         if carries_load(joint.walls, instant.step, j, wall):
@@ -400,8 +399,7 @@ def update_group_wear(joint, end, j, step_and_totals, history, group):
             depths[k] = 0.0
 
 
-@update_joint_wear.member(Through)
-@update_joint_wear.member(Flanged)
+@update_joint_wear.member(Through, Flanged)
 def _update_joint_wear_through_or_flanged(joint, j, step_and_totals):
     for wall in range(len(ENDS)):
         if carries_load(joint.walls, step_and_totals[0], j, wall):
@@ -411,7 +409,6 @@ def _update_joint_wear_through_or_flanged(joint, j, step_and_totals):
 # ---------------------------------------------------------------------------------------------- account of a span
 
 
-@account_pressure.member(Through)
-@account_pressure.member(Flanged)
+@account_pressure.member(Through, Flanged)
 def _account_pressure_through_or_flanged(joint, workspace, account):
     pass  # `slices` adds the pressure of a whole strip

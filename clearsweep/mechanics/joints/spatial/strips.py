@@ -62,14 +62,8 @@ def nodes_of(quadrature):
     """Return (node, weight) of the rule that a Spread integrates with."""
 
 
-@nodes_of.member(FewNodes)
-def _nodes_of_few_nodes(quadrature):
-    return FEW_NODES
-
-
-@nodes_of.member(ManyNodes)
-def _nodes_of_many_nodes(quadrature):
-    return MANY_NODES
+nodes_of.member(FewNodes)(lambda quadrature: FEW_NODES)
+nodes_of.member(ManyNodes)(lambda quadrature: MANY_NODES)
 
 
 def spread_over(elastic: tuple) -> Spread:
@@ -452,14 +446,8 @@ def sum_of_fractions(walls, total):
     """Return the sum of the load fractions of all slices of a strip; total : as computed slice by slice."""
 
 
-@sum_of_fractions.member(EndContacts)
-def _sum_of_fractions_end_contacts(walls, total):
-    return 1.0
-
-
-@sum_of_fractions.member(Spread)
-def _sum_of_fractions_spread(walls, total):
-    return total
+sum_of_fractions.member(EndContacts)(lambda walls, total: 1.0)
+sum_of_fractions.member(Spread)(lambda walls, total: total)
 
 
 @family
@@ -467,14 +455,8 @@ def depth_along(walls, joint, strip, depth, z):
     """Return the depth (m) at the position z (m) of a strip; depth : m, at its start."""
 
 
-@depth_along.member(EndContacts)
-def _depth_along_end_contacts(walls, joint, strip, depth, z):
-    return depth - strip.lean * z
-
-
-@depth_along.member(Spread)
-def _depth_along_spread(walls, joint, strip, depth, z):
-    return depth_at(_profile_of(joint, strip, depth), z)
+depth_along.member(EndContacts)(lambda walls, joint, strip, depth, z: depth - strip.lean * z)
+depth_along.member(Spread)(lambda walls, joint, strip, depth, z: depth_at(_profile_of(joint, strip, depth), z))
 
 
 @kernel
@@ -488,14 +470,8 @@ def depth_at_start(walls, depth):
     """Return the depth (m) at the start of a strip from the depth of its contact."""
 
 
-@depth_at_start.member(EndContacts)
-def _depth_at_start_end_contacts(walls, depth):
-    return max(depth, 0.0)
-
-
-@depth_at_start.member(Spread)
-def _depth_at_start_spread(walls, depth):
-    return depth
+depth_at_start.member(EndContacts)(lambda walls, depth: max(depth, 0.0))
+depth_at_start.member(Spread)(lambda walls, depth: depth)
 
 
 class LoadDistribution(NamedTuple):
@@ -542,9 +518,7 @@ def carries_load(walls, step, j, wall):
     """Return whether the strip of one of two walls carries load in a step.Step; `j` : contact of the first wall."""
 
 
-@carries_load.member(EndContacts)
-def _carries_load_end_contacts(walls, step, j, wall):
-    return touches(step.mode[j + wall])
+carries_load.member(EndContacts)(lambda walls, step, j, wall: touches(step.mode[j + wall]))
 
 
 @carries_load.member(Spread)

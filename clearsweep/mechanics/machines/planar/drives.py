@@ -39,9 +39,7 @@ def drive_motion(drive, time):
     """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a driven crank at `time` (s)."""
 
 
-@drive_motion.member(Steady)
-def _drive_motion_steady(drive, time):
-    return drive.speed * time + drive.start, drive.speed, 0.0
+drive_motion.member(Steady)(lambda drive, time: (drive.speed * time + drive.start, drive.speed, 0.0))
 
 
 @drive_motion.member(Tabled)
@@ -90,9 +88,7 @@ def torque_at(drive, angle, rate, time, integral):
     """
 
 
-@torque_at.member(FreeByTable)
-def _torque_at_by_table(drive, angle, rate, time, integral):
-    return drive_motion(drive.curve, rate)[0]
+torque_at.member(FreeByTable)(lambda drive, angle, rate, time, integral: drive_motion(drive.curve, rate)[0])
 
 
 @torque_at.member(Served)
@@ -136,9 +132,7 @@ def motor_torque(law, rate, time):
     """Return the torque (N m) of a motor of one's own at `rate` (rad/s) and `time` (s)."""
 
 
-@torque_at.member(FreeByLaw)
-def _torque_at_free_by_law(drive, angle, rate, time, integral):
-    return motor_torque(drive.law, rate, time)
+torque_at.member(FreeByLaw)(lambda drive, angle, rate, time, integral: motor_torque(drive.law, rate, time))
 
 
 require("motor", motor_torque)
@@ -177,9 +171,7 @@ def no_load_speed(law: tuple) -> float:
     return math.inf
 
 
-@torque_at.member(Free)
-def _torque_at_free(drive, angle, rate, time, integral):
-    return drive.torque - drive.slope * rate
+torque_at.member(Free)(lambda drive, angle, rate, time, integral: drive.torque - drive.slope * rate)
 
 
 # ---------------------------------------------------------------------------------------------- drives of a machine

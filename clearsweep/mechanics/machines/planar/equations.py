@@ -41,6 +41,7 @@ from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
 # ---------------------------------------------------------------------------------------------- observables
 
 
+@gaps.member(Planar)
 @generated(machine_type)
 def gaps_of(machine: MachineType) -> Program:
     """Return the program of `contract.gaps`."""
@@ -97,6 +98,7 @@ def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
     return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis), *rates)
 
 
+@energy.member(Planar)
 @generated(machine_type)
 def energy_of(machine: MachineType) -> Program:
     """Return the program of `contract.energy`."""
@@ -129,6 +131,7 @@ def energy_of(machine: MachineType) -> Program:
     return bodies.program.returns((kinetic, sum_of([*power, *bending_power])))
 
 
+@body_motions.member(Planar)
 @generated(machine_type)
 def body_motions_of(machine: MachineType) -> Program:
     """Return the program of `contract.body_motions`."""
@@ -149,6 +152,7 @@ def body_motions_of(machine: MachineType) -> Program:
     return bodies.program.returns(tuple(motions))
 
 
+@load_resultants.member(Planar)
 @generated(machine_type)
 def load_resultants_of(machine: MachineType) -> Program:
     """Return the program of `contract.load_resultants`."""
@@ -244,14 +248,13 @@ def _output_motion(bodies: Bodies) -> tuple[Expr, Expr]:
 # ---------------------------------------------------------------------------------------------- members of families
 
 
-@pose_at.member(Planar)
-def _pose_at_planar(mechanism, y):
-    return pose_of(mechanism, y)
-
-
-@gaps.member(Planar)
-def _gaps_planar(mechanism, pose):
-    return gaps_of(mechanism, pose)
+pose_at.member(Planar)(pose_of)
+impact_masses.member(Planar)(impact_masses_of)
+crank_rate.member(Planar)(lambda mechanism, pose, nominal: crank_rate_of(mechanism, pose))
+gravity_of.member(Planar)(lambda mechanism: (0.0, -mechanism.gravity))
+body_angles.member(Planar)(lambda mechanism, y: body_angles_of(mechanism, pose_of(mechanism, y)))
+friction_slips.member(Planar)(lambda mechanism, motion: friction_slips_of(motion))
+friction_powers.member(Planar)(lambda mechanism, motion: friction_powers_of(motion))
 
 
 @accelerate.member(Planar)
@@ -261,36 +264,17 @@ def _accelerate_planar(mechanism, pose, loads):
     return motion_of(mechanism, pose, loads)
 
 
-@impact_masses.member(Planar)
-def _impact_masses_planar(mechanism, pose, joint_gaps):
-    return impact_masses_of(mechanism, pose, joint_gaps)
-
-
 @link_signals.member(Planar)
 def _link_signals_planar(mechanism, pose, loads, motion):
     return link_signals_of(mechanism, pose, loads, motion) if link_signal_count(mechanism) else ()
 
 
 @link_signal_count.member(Planar)
-def _link_signal_count_planar(mechanism):
-    return _signal_count(mechanism)
-
-
 @known
-def _signal_count(mechanism):
+def _link_signal_count_planar(mechanism):
     machine = machine_type(kinds_of(mechanism))
     count = len(machine.housings) + sum(kind.modes + len(STATIONS) for kind in machine.bent.values())
     return 1 + count if count else 0
-
-
-@energy.member(Planar)
-def _energy_planar(mechanism, pose):
-    return energy_of(mechanism, pose)
-
-
-@crank_rate.member(Planar)
-def _crank_rate_planar(mechanism, pose, nominal):
-    return crank_rate_of(mechanism, pose)
 
 
 @load_power.member(Planar)
@@ -303,58 +287,20 @@ def _load_power_planar(mechanism, motion):
 
 
 @friction_laws.member(Planar)
-def _friction_laws_planar(mechanism):
-    return _friction_laws_of(mechanism)
-
-
 @known
-def _friction_laws_of(mechanism):
+def _friction_laws_planar(mechanism):
     return tuple(load.friction for load in mechanism.loads if isinstance(load, FRICTION_LOADS))
 
 
 @with_friction_laws.member(Planar)
-def _with_friction_laws_planar(mechanism, laws):
-    return _with_friction_laws(mechanism, laws)
-
-
 @known
-def _with_friction_laws(mechanism, laws):
+def _with_friction_laws_planar(mechanism, laws):
     remaining = iter(laws)
     loads = (
         load._replace(friction=next(remaining)) if isinstance(load, FRICTION_LOADS) else load
         for load in mechanism.loads
     )
     return mechanism._replace(loads=tuple(loads))
-
-
-@friction_slips.member(Planar)
-def _friction_slips_planar(mechanism, motion):
-    return friction_slips_of(motion)
-
-
-@friction_powers.member(Planar)
-def _friction_powers_planar(mechanism, motion):
-    return friction_powers_of(motion)
-
-
-@body_motions.member(Planar)
-def _body_motions_planar(mechanism, pose):
-    return body_motions_of(mechanism, pose)
-
-
-@gravity_of.member(Planar)
-def _gravity_of_planar(mechanism):
-    return 0.0, -mechanism.gravity
-
-
-@load_resultants.member(Planar)
-def _load_resultants_planar(mechanism, pose):
-    return load_resultants_of(mechanism, pose)
-
-
-@body_angles.member(Planar)
-def _body_angles_planar(mechanism, y):
-    return body_angles_of(mechanism, pose_of(mechanism, y))
 
 
 @output_error.member(Planar)

@@ -42,14 +42,8 @@ def friction_powers_of(motion):
     """Return the power (W) of each friction in joints without clearance, or of a given size."""
 
 
-@friction_powers_of.member(Motion)
-def _friction_powers_of_motion(motion):
-    return ()
-
-
-@friction_powers_of.member(FrictionMotion)
-def _friction_powers_of_friction_motion(motion):
-    return motion.powers
+friction_powers_of.member(Motion)(lambda motion: ())
+friction_powers_of.member(FrictionMotion)(lambda motion: motion.powers)
 
 
 @family
@@ -57,14 +51,8 @@ def friction_slips_of(motion):
     """Return the sliding speed at which the law of each friction is evaluated."""
 
 
-@friction_slips_of.member(Motion)
-def _friction_slips_of_motion(motion):
-    return ()
-
-
-@friction_slips_of.member(FrictionMotion)
-def _friction_slips_of_friction_motion(motion):
-    return motion.slips
+friction_slips_of.member(Motion)(lambda motion: ())
+friction_slips_of.member(FrictionMotion)(lambda motion: motion.slips)
 
 
 class FrictionDynamics(Dynamics):

@@ -280,39 +280,13 @@ def motion_of(tree: MachineType) -> Program:
 # ---------------------------------------------------------------------------------------------- members of families
 
 
-@pose_at.member(Tree)
-def _pose_at_tree(mechanism, y):
-    return pose_of(mechanism, y)
-
-
-@gaps.member(Tree)
-def _gaps_tree(mechanism, pose):
-    return gaps_of(mechanism, pose)
-
-
-@accelerate.member(Tree)
-def _accelerate_tree(mechanism, pose, loads):
-    return motion_of(mechanism, pose, loads)
-
-
-@energy.member(Tree)
-def _energy_tree(mechanism, pose):
-    return energy_of(mechanism, pose)
-
-
-@body_motions.member(Tree)
-def _body_motions_tree(mechanism, pose):
-    return body_motions_of(mechanism, pose)
-
-
-@gravity_of.member(Tree)
-def _gravity_of_tree(mechanism):
-    return mechanism.gravity.x, mechanism.gravity.y
-
-
-@body_angles.member(Tree)
-def _body_angles_tree(mechanism, y):
-    return bearing_axes_of(mechanism, pose_of(mechanism, y))
+pose_at.member(Tree)(pose_of)
+gaps.member(Tree)(gaps_of)
+accelerate.member(Tree)(motion_of)
+energy.member(Tree)(energy_of)
+body_motions.member(Tree)(body_motions_of)
+gravity_of.member(Tree)(lambda mechanism: (mechanism.gravity.x, mechanism.gravity.y))
+body_angles.member(Tree)(lambda mechanism, y: bearing_axes_of(mechanism, pose_of(mechanism, y)))
 
 
 @output_error.member(Tree)
