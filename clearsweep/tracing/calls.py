@@ -123,8 +123,6 @@ def call(function: Any, *operands: Any, **keywords: Any) -> Any:
     if body := protocols.body_of(function, operands):
         trace().chooses = True
         return call(body, *operands, **keywords)
-    if parts := protocols.each(function):
-        return _call_each(*parts, *operands)
     if both := protocols.sides(function):
         return _select_call(*both, *operands)
     mode = mode_of(function)
@@ -272,14 +270,6 @@ def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _CompiledF
     count = itertools.count()
     result = map_leaves(symbolic_result, lambda x: _ResultPlaceholder(next(count), x) if is_symbol(x) else x)
     return _CompiledFunction(machine_function, result)
-
-
-def _call_each(body: Any, next_position: Any, items: tuple, partners: tuple, position: Any, context: Any) -> tuple:
-    results = []
-    for item, partner in zip(items, partners, strict=True):
-        results.append(call(body, item, partner, position, context))
-        position = call(next_position, position, item)
-    return tuple(results)
 
 
 def _select_call(if_true: Any, if_false: Any, condition: Any, operands: tuple) -> Any:

@@ -11,13 +11,12 @@ Views, and every other value with parts that are known only at run time is a `Co
 | `traced_item` | the function (value, index) whose body gives an item, or None |
 | `Sloped` | a Composite that is a number with a slope; its parts are the number and the slope |
 
-Functions: one that `mark_traceable` has marked is traced, as is every plain function of Python; three attributes, each
+Functions: one that `mark_traceable` has marked is traced, as is every plain function of Python; two attributes, each
 read by the function below it of the same name, say that a call is one of another function:
 
 | attribute | a call with these operands is |
 | --- | --- |
 | `body_of(value)` | one of the body for the type of the first operand (`compiled.family.family`) |
-| `each` | one for each item of tuples, with a position that advances: (body, next position) (`map_joints`) |
 | `sides` | one of two functions, as a condition decides: (if true, if false) (`compiled.choosing.cond`) |
 """
 
@@ -71,11 +70,6 @@ def body_of(function: Any, operands: tuple) -> Any:
     if body := choose(operands[0]):
         return body
     raise NotTraceableError(f"calls {function.__name__}, which has no body for a {type(operands[0]).__name__}")
-
-
-def each(function: Any) -> Any:
-    """Return (body, next position) of a function of tuples, or None."""
-    return getattr(function, "each", None)
 
 
 def sides(function: Any) -> Any:

@@ -17,7 +17,7 @@ from ..mechanics.joints.dry import Joint, joint_load
 from ..mechanics.laws.contract import CLIPPED, FREE, ONSET_FLOOR, PRESSED
 from ..mechanics.machines.contract import accelerate, gaps, pose_at
 from ..mechanics.solver.integration import ONSET, SEPARATION
-from ..tracing.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
+from ..tracing.compiled.family import Entry, entry, flatten, invoke, kernel, shaped
 from ..tracing.objects import function_at, machine_code
 
 STAGES = 4  # of the rates: the stages of Runge-Kutta 4
@@ -53,20 +53,6 @@ def load_of(joint, gap, state, onset):
 
 
 @kernel
-def _load(joint, gap, j, contacts):
-    state, onset = contacts
-    return load_of(joint, gap, state[j], onset[j])
-
-
-@kernel
-def _next_joint(j, joint):
-    return j + 1
-
-
-loads_of = map_joints(_load, _next_joint)  # of joints, their Gaps, 0 and (state, onset)
-
-
-@kernel
 def rates_in_time(scene, y, state, onset, k, row):
     """Write the rates of `y` in time to `k[row]`, then depth, its rate and the normal force of every joint.
 
@@ -74,7 +60,8 @@ def rates_in_time(scene, y, state, onset, k, row):
     """
     coordinate_count = len(scene.coordinates)
     pose = pose_at(scene.mechanism, y)
-    loads = loads_of(scene.joints, gaps(scene.mechanism, pose), 0, (state, onset))
+    pairs = list(enumerate(zip(scene.joints, gaps(scene.mechanism, pose), strict=True)))
+    loads = tuple([load_of(joint, gap, state[j], onset[j]) for j, (joint, gap) in pairs])
     motion = accelerate(scene.mechanism, pose, loads)
     for i in range(coordinate_count):
         k[row, i] = y[coordinate_count + i]

@@ -5,28 +5,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
-from ...tracing.compiled.family import (
-    NO_ENTRY,
-    Entry,
-    entry,
-    form_number,
-    inlined,
-    is_plain,
-    kernel,
-    map_joints,
-    shaped,
-)
+from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, inlined, is_plain, kernel, shaped
 from ..joints.contract import (
     JointState,
-    Offsets,
-    after_joint,
-    after_number,
-    after_part,
+    counts_of_part,
     every_guard,
     every_part,
-    first_offsets,
     internal_state_location,
-    parts,
+    located_parts,
+    offsets_of,
     total_counts,
     with_current_state,
 )
@@ -56,7 +43,6 @@ from ..wear.bins import RECORDED_SIZE, SLOPES, AxialRows, Instant, StripRows, We
 from ..wear.bins import Step as WearStep
 from .inertia import joints_at_event
 from .rates import (
-    RootRates,
     first_signal,
     gaps_with_angles,
     observed_width,
@@ -152,7 +138,7 @@ def _update_positions(scene, sweep, loads):
             joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
             kappa = time_scale(scene, state, mode)
             joint_state = JointState(state, mode, latched, first_root)
-            put_root_rates(scene, joint_gaps, loads, RootRates(scene, joint_state, kappa, k, i))
+            put_root_rates(scene, joint_gaps, loads, joint_state, kappa, k, i)
         for c in touchable_contacts(scene.joints):
             if touches(mode[c]):  # all other roots are constant
                 _update_components(sweep, first_root + c, first_root + c + 1)
@@ -264,36 +250,21 @@ class _GuardContext(NamedTuple):
 
 
 @kernel
-def _write_value(value, _, offsets, out):
-    out[offsets] = value
-
-
-_write_values = map_joints(_write_value, after_number)
-
-
-@kernel
-def _evaluate_part(part, _, offsets, context):
-    if type(part.law) not in guard_values.members:
-        return
+def _evaluate_part(part, offsets, context):
     start_state, y, latched, o, row, roots, value = context
     contact = offsets.contact + part.contact
     law, root = with_current_state(part.law, y, latched, offsets), y[roots + contact]
     law_at_start = with_current_state(part.law, start_state, latched, offsets)
     start = StepStart(law_at_start, contact_observables_in(o, START, contact))
-    values = guard_values(law, start, contact_observables_in(o, row, contact), root)
-    _write_values(values, values, offsets.guard, value)
-
-
-_evaluate_parts = map_joints(_evaluate_part, after_part)
+    for i, number in enumerate(guard_values(law, start, contact_observables_in(o, row, contact), root)):
+        value[offsets.guard + i] = number
 
 
 @kernel
-def _evaluate_joint(joint, _, offsets, context):
-    joint_parts = parts(joint)
-    _evaluate_parts(joint_parts, joint_parts, offsets, context)
-
-
-_evaluate_joints = map_joints(_evaluate_joint, after_joint)
+def _evaluate_guards(joints, context):
+    for _, part, offsets in located_parts(joints, context.roots):
+        if type(part.law) in guard_values.members:
+            _evaluate_part(part, offsets, context)
 
 
 def guards_entry(scene, start, y, nodes, latched, o, value, row):
@@ -306,21 +277,13 @@ def guards_entry(scene, start, y, nodes, latched, o, value, row):
     _, n, _ = size_of(parameters)
     start, y, nodes = shaped(start, (n,)), shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (counts.contact + counts.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
-    value, offsets = shaped(value, (counts.guard, SINGLE_STATE + 1)), first_offsets(parameters.joints, roots)
+    value, joints = shaped(value, (counts.guard, SINGLE_STATE + 1)), parameters.joints
     if row != END:
-        _evaluate_joints(
-            parameters.joints,
-            parameters.joints,
-            offsets,
-            _GuardContext(start, y, latched, o, row, roots, value[:, SINGLE_STATE]),
-        )
+        _evaluate_guards(joints, _GuardContext(start, y, latched, o, row, roots, value[:, SINGLE_STATE]))
         return
-    _evaluate_joints(
-        parameters.joints, parameters.joints, offsets, _GuardContext(start, y, latched, o, START, roots, value[:, 0])
-    )
+    _evaluate_guards(joints, _GuardContext(start, y, latched, o, START, roots, value[:, 0]))
     for i in rolled_range(STAGES):
-        at_stage = _GuardContext(start, nodes[:, i], latched, o, i, roots, value[:, 1 + i])
-        _evaluate_joints(parameters.joints, parameters.joints, offsets, at_stage)
+        _evaluate_guards(joints, _GuardContext(start, nodes[:, i], latched, o, i, roots, value[:, 1 + i]))
 
 
 # ---------------------------------------------------------------------------------------------- latching
@@ -339,37 +302,23 @@ class _LatchContext(NamedTuple):
 
 
 @kernel
-def _store_value(value, _, offsets, latched_values):
-    latched_values[offsets] = value
-
-
-_store_values = map_joints(_store_value, after_number)
-
-
-@kernel
-def _latch_part(part, _, offsets, context):
-    if type(part.law) not in latched.members:
-        return
+def _latch_part(part, offsets, context):
     y, latched_values, o, row, roots, contact, guard = context
-    is_guard_of_part = 0 <= guard - offsets.guard < after_part(offsets, part).guard - offsets.guard
+    is_guard_of_part = 0 <= guard - offsets.guard < counts_of_part(part).guard
     if offsets.contact + part.contact == contact and (guard < 0 or is_guard_of_part):
         law = with_current_state(part.law, y, latched_values, offsets)
         event = guard - offsets.guard if is_guard_of_part else guard
         values = latched(law, event, contact_observables_in(o, row, contact), y[roots + contact])
         destination, start = internal_state_location(part.law, y, latched_values, offsets)
-        _store_values(values, values, start, destination)
-
-
-_latch_parts = map_joints(_latch_part, after_part)
+        for i, number in enumerate(values, start):
+            destination[i] = number
 
 
 @kernel
-def _latch_joint(joint, _, offsets, context):
-    joint_parts = parts(joint)
-    _latch_parts(joint_parts, joint_parts, offsets, context)
-
-
-_latch_joints = map_joints(_latch_joint, after_joint)
+def _latch_parts(joints, context):
+    for _, part, offsets in located_parts(joints, context.roots):
+        if type(part.law) in latched.members:
+            _latch_part(part, offsets, context)
 
 
 def latch_entry(scene, y, latched, o, event, row):
@@ -389,8 +338,7 @@ def latch_entry(scene, y, latched, o, event, row):
         event_values[0],
         event_values[1],
     )
-    joints = joints_at_event(parameters, context.y)
-    _latch_joints(joints, joints, first_offsets(joints, roots), context)
+    _latch_parts(joints_at_event(parameters, context.y), context)
 
 
 # ---------------------------------------------------------------------------------------------- for a scene
@@ -437,34 +385,6 @@ def _guard_table(joints) -> tuple[dict[str, np.ndarray], bool]:
 # ---------------------------------------------------------------------------------------------- wear
 
 
-class JointCursor(NamedTuple):
-    """Number of a joint, and its Offsets."""
-
-    number: int
-    offsets: Offsets
-
-
-@kernel
-def _cursor_after(cursor, joint):
-    return JointCursor(cursor.number + 1, after_joint(cursor.offsets, joint))
-
-
-@kernel
-def _record_joint(joint, gap, cursor, instant):
-    record(joint, gap, instant.body_angles[cursor.number], cursor.offsets.contact, instant)
-
-
-record_positions = map_joints(_record_joint, _cursor_after)
-
-
-@kernel
-def _update_wear(joint, _, offsets, step_and_totals):
-    update_joint_wear(joint, offsets.contact, step_and_totals)
-
-
-update_wear_of_joints = map_joints(_update_wear, after_joint)
-
-
 @kernel
 def _record_step_positions(scene, dense_states, step):
     """Record the contact positions of all joints on their bodies at the STATE_POINTS points of a step."""
@@ -474,7 +394,8 @@ def _record_step_positions(scene, dense_states, step):
         angles = body_angles(scene.mechanism, y)
         joint_gaps = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
         instant = Instant(joint_gaps, angles, i, step)
-        record_positions(scene.joints, instant.gaps, JointCursor(0, first_offsets(scene.joints, 0)), instant)
+        for number, (joint, offsets) in enumerate(zip(scene.joints, offsets_of(scene.joints, 0), strict=True)):
+            record(joint, joint_gaps[number], angles[number], offsets.contact, instant)
 
 
 def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths, account, stride):
@@ -503,7 +424,8 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
     totals = WearTotals(
         shaped(depths, (2 * contacts * stride,)), stride, Account(shaped(account, (contacts, ACCOUNT_SIZE)))
     )
-    update_wear_of_joints(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, totals))
+    for joint, offsets in zip(parameters.joints, offsets_of(parameters.joints, 0), strict=True):
+        update_joint_wear(joint, offsets.contact, (step, totals))
 
 
 @kernel

@@ -4,13 +4,11 @@ from typing import NamedTuple
 
 from ...tracing.compiled.choosing import none_of, where
 from ...tracing.compiled.dual import as_type_of, plain
-from ...tracing.compiled.family import family_with_default, inlined, kernel, known, map_joints
+from ...tracing.compiled.family import family_with_default, inlined, kernel, known
 from ..joints.contract import (
-    after_joint,
-    after_number,
     every_part,
-    first_offsets,
     grips_of,
+    offsets_of,
     slip_rate,
     total_counts,
     with_current_state,
@@ -29,19 +27,19 @@ from ..machines.contract import accelerate, gap_accelerations, gaps, impact_mass
 
 
 @family_with_default
-def _joint_law_needs_mass(joint, gap, offsets, state):
+def _law_needs_mass(joint, offsets, state):
     """Return whether the law of a joint needs the effective mass in its current state."""
     return False
 
 
-@_joint_law_needs_mass.member(Joint, Lubricated, WornJoint, WornOnFoundation)
-def _joint_law_needs_mass_of_joint(joint, gap, offsets, state):
+@_law_needs_mass.member(Joint, Lubricated, WornJoint, WornOnFoundation)
+def _law_needs_mass_of_joint(joint, offsets, state):
     law = with_current_state(joint.law, state.y, state.latched, offsets)
     return touches(state.mode[offsets.contact]) and needs_mass(law)
 
 
-@_joint_law_needs_mass.member(Mesh)
-def _joint_law_needs_mass_of_mesh(joint, gap, offsets, state):
+@_law_needs_mass.member(Mesh)
+def _law_needs_mass_of_mesh(joint, offsets, state):
     is_needed = False
     for flank in range(2):
         at_flank = flank_offsets(joint, offsets, flank)
@@ -51,47 +49,36 @@ def _joint_law_needs_mass_of_mesh(joint, gap, offsets, state):
 
 
 @family_with_default
-def _with_mass(joint, mass, offsets, shared):
+def _with_mass(joint, mass):
     """Return the joint with the effective mass (kg) of its contact set in its law."""
     return joint
 
 
 @_with_mass.member(Joint, WornJoint, WornOnFoundation, Lubricated, Mesh)
-def _with_mass_in_law(joint, mass, offsets, shared):
+def _with_mass_in_law(joint, mass):
     return joint._replace(law=with_mass(joint.law, mass))
 
 
 @inlined
-def _mass_like(mass, gap, offsets, shared):
-    return as_type_of(mass, gap.x)
-
-
-@inlined
-def _zero_mass(gap, _, offsets, shared):
-    return as_type_of(0.0, gap.x)
-
-
-_all_need_mass = map_joints(_joint_law_needs_mass, after_joint)
-_all_with_mass = map_joints(_with_mass, after_number)
-_masses_like = map_joints(_mass_like, after_number)
-_zero_masses = map_joints(_zero_mass, after_number)
+def _joints_with(joints, masses):
+    return tuple([_with_mass(joint, mass) for joint, mass in zip(joints, masses, strict=True)])
 
 
 @inlined
 def _joints_with_needed_mass(scene, pose, joint_gaps, state):
     is_needed = False
-    for joint_needs_mass in _all_need_mass(scene.joints, joint_gaps, first_offsets(scene.joints, state.roots), state):
-        is_needed = is_needed | joint_needs_mass
+    for joint, offsets in zip(scene.joints, offsets_of(scene.joints, state.roots), strict=True):
+        is_needed = is_needed | _law_needs_mass(joint, offsets, state)
     if none_of(is_needed):
-        return _all_with_mass(scene.joints, _zero_masses(joint_gaps, joint_gaps, 0, 0), 0, 0)
-    masses = _masses_like(impact_masses(scene.mechanism, pose, joint_gaps), joint_gaps, 0, 0)
-    return _all_with_mass(scene.joints, masses, 0, 0)
+        return _joints_with(scene.joints, [as_type_of(0.0, gap.x) for gap in joint_gaps])
+    masses = list(zip(impact_masses(scene.mechanism, pose, joint_gaps), joint_gaps, strict=True))
+    return _joints_with(scene.joints, [as_type_of(mass, gap.x) for mass, gap in masses])
 
 
 @inlined
 def _joints_at_event(scene, y):
     pose = pose_at(scene.mechanism, y)
-    return _all_with_mass(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)), 0, 0)
+    return _joints_with(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)))
 
 
 @kernel
@@ -131,48 +118,22 @@ FORCE_TOLERANCE = 1e-15  # of the largest force of the surfaces
 
 
 @kernel
-def _gap_and_load(gap, load, index, shared):
-    return gap, load
-
-
-@kernel
-def _grips_of_joint(joint, gap_and_load, index, mode):
-    return grips_of(joint, gap_and_load[0], gap_and_load[1], mode, index.contact)
-
-
-_gaps_and_loads = map_joints(_gap_and_load, after_number)  # of two tuples, item by item
-_grips_of_joints = map_joints(_grips_of_joint, after_joint)
-
-
-@kernel
 def every_grip(joints, joint_gaps, loads, mode):
     """Return the grips of each joint of the tuple `joints` under the loads; joint_gaps : of the joints."""
-    return _grips_of_joints(joints, _gaps_and_loads(joint_gaps, loads, 0, 0), first_offsets(joints, 0), mode)
+    items = list(zip(joints, joint_gaps, loads, offsets_of(joints, 0), strict=True))
+    return tuple([grips_of(joint, gap, load, mode, offsets.contact) for joint, gap, load, offsets in items])
 
 
 @kernel
-def _after_grips(index, grips):
-    return index + len(grips)
-
-
-@kernel
-def _with_grip_forces(grips, load, index, shared):
-    forces, stopping_forces = shared
-    for i in range(len(grips)):
-        load = with_tangential(grips[i], load, forces[index + i], stopping_forces[index + i])
-    return load
-
-
-@kernel
-def _slip_rates_of_joint(grips, acceleration, index, shared):
-    rates = ()
-    for i in range(len(grips)):
-        rates = (*rates, slip_rate(grips[i], acceleration))
-    return rates
-
-
-_loads_with_grip_forces = map_joints(_with_grip_forces, _after_grips)
-_slip_rates_of_joints = map_joints(_slip_rates_of_joint, after_number)
+def _with_grip_forces(grips_of_joints, loads, forces, stopping_forces):
+    """Return the Loads with the tangential forces (N) of all grips, and those that would stop the sliding."""
+    first, changed_loads = 0, ()
+    for grips, load in zip(grips_of_joints, loads, strict=True):
+        changed_load = load
+        for i, grip in enumerate(grips, first):
+            changed_load = with_tangential(grip, changed_load, forces[i], stopping_forces[i])
+        first, changed_loads = first + len(grips), (*changed_loads, changed_load)
+    return changed_loads
 
 
 @kernel
@@ -188,57 +149,18 @@ def flatten_once(tuples):
 def slip_rates(scene, y, pose, grips, loads):
     """Return the rate (m/s^2) of the sliding speed of every grip under the loads; grips : per joint."""
     motion = accelerate(scene.mechanism, pose, loads)
-    return flatten_once(_slip_rates_of_joints(grips, gap_accelerations(scene.mechanism, y, motion), 0, 0))
+    items = list(zip(grips, gap_accelerations(scene.mechanism, y, motion), strict=True))
+    return tuple([slip_rate(grip, acceleration) for grips_of_joint, acceleration in items for grip in grips_of_joint])
 
 
 @kernel
-def _limit_sign(grip, _, index, mode):
-    return limit_sign(grip, mode)
-
-
-@kernel
-def _force(grip, limit_sign, index, shared):
+def _force(grip, limit_sign):
     return where(limit_sign != 0.0, limit_sign * grip.limit, grip.force)
 
 
 @kernel
-def _limit(grip, _, index, mode):
+def _limit(grip, mode):
     return grip.limit if is_grip_sticking(grip, mode) else as_type_of(0.0, grip.limit)
-
-
-@kernel
-def _slip(grip, _, index, shared):
-    return grip.slip
-
-
-@kernel
-def _per_force(loaded_rate, base_rate, index, force):
-    return (loaded_rate - base_rate) / force
-
-
-@kernel
-def _zero_rate(_, base, index, shared):
-    return as_type_of(0.0, base)
-
-
-@kernel
-def _changed_rate(rate, gain, index, change):
-    return rate + gain * change
-
-
-@kernel
-def _force_or_replacement(_, force, index, shared):
-    j, value = shared
-    return value if index == j else force
-
-
-_limit_signs = map_joints(_limit_sign, after_number)
-_forces = map_joints(_force, after_number)  # of grips, and their sides
-_limits, _slips = map_joints(_limit, after_number), map_joints(_slip, after_number)
-_rates_per_force = map_joints(_per_force, after_number)  # of rates with and without an additional force, and that force
-_zero_rates = map_joints(_zero_rate, after_number)
-_changed_rates = map_joints(_changed_rate, after_number)  # of rates, rates per force, and the additional force
-_replace_one_force = map_joints(_force_or_replacement, after_number)  # of grips, forces, and (the grip, its force)
 
 
 class GainInputs(NamedTuple):
@@ -254,17 +176,15 @@ class GainInputs(NamedTuple):
 
 
 @kernel
-def _gain(limit, force, index, inputs):
+def _gains_of(limit, i, inputs):
+    """Return the change of the rate of every sliding speed per force of grip `i`; zeros if that does not stick."""
     if limit == 0.0:
-        return _zero_rates(inputs.rates, inputs.rates, 0, 0)
+        return tuple([as_type_of(0.0, rate) for rate in inputs.rates])
     force_increment = abs(plain(limit)) + MIN_FORCE_INCREMENT
-    changed_forces = _replace_one_force(inputs.forces, inputs.forces, 0, (index, force + force_increment))
-    loads = _loads_with_grip_forces(inputs.grips, inputs.loads, 0, (changed_forces, changed_forces))
+    forces = (*inputs.forces[:i], inputs.forces[i] + force_increment, *inputs.forces[i + 1 :])
+    loads = _with_grip_forces(inputs.grips, inputs.loads, forces, forces)
     rates = slip_rates(inputs.scene, inputs.y, inputs.pose, inputs.grips, loads)
-    return _rates_per_force(rates, inputs.rates, 0, force_increment)
-
-
-_gains = map_joints(_gain, after_number)
+    return tuple([(loaded - base) / force_increment for loaded, base in zip(rates, inputs.rates, strict=True)])
 
 
 @kernel
@@ -282,30 +202,30 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
     if sticking_count == 0:
         return loads
     grips = flatten_once(grips_of_joints)
-    limit_signs = _limit_signs(grips, grips, 0, mode)
-    limits = _limits(grips, grips, 0, mode)
-    slips = _slips(grips, grips, 0, 0)
-    forces = _forces(grips, limit_signs, 0, 0)
-    loads = _loads_with_grip_forces(grips_of_joints, loads, 0, (forces, forces))
+    limit_signs = [limit_sign(grip, mode) for grip in grips]
+    limits = [_limit(grip, mode) for grip in grips]
+    forces = tuple([_force(grip, sign) for grip, sign in zip(grips, limit_signs, strict=True)])
+    loads = _with_grip_forces(grips_of_joints, loads, forces, forces)
     rates = slip_rates(scene, y, pose, grips_of_joints, loads)
-    gains = _gains(limits, forces, 0, GainInputs(scene, y, pose, grips_of_joints, loads, forces, rates))
+    inputs = GainInputs(scene, y, pose, grips_of_joints, loads, forces, rates)
+    gains = [_gains_of(limit, i, inputs) for i, limit in enumerate(limits)]
     for _ in range(MAX_SWEEPS if sticking_count > 1 else 1):
         largest_change = 0.0
         for j in range(len(limits)):
             if (limits[j] == 0.0) | (limit_signs[j] != 0.0):
                 continue
-            force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
+            force_change = (-scene.reference_rate * grips[j].slip - rates[j]) / gains[j][j]
             largest_change = max(largest_change, abs(force_change / limits[j]))
-            rates = _changed_rates(rates, gains[j], 0, force_change)
-            forces = _replace_one_force(forces, forces, 0, (j, forces[j] + force_change))
+            rates = tuple([rate + gain * force_change for rate, gain in zip(rates, gains[j], strict=True)])
+            forces = (*forces[:j], forces[j] + force_change, *forces[j + 1 :])
         if largest_change < FORCE_TOLERANCE:
             break
     stopping_forces = forces
     for j in range(len(limits)):
         if limits[j] != 0.0:
-            stopping_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
-            stopping_forces = _replace_one_force(stopping_forces, stopping_forces, 0, (j, forces[j] + stopping_change))
-    return _loads_with_grip_forces(grips_of_joints, loads, 0, (forces, stopping_forces))
+            stopping_change = (-scene.reference_rate * grips[j].slip - rates[j]) / gains[j][j]
+            stopping_forces = (*stopping_forces[:j], forces[j] + stopping_change, *stopping_forces[j + 1 :])
+    return _with_grip_forces(grips_of_joints, loads, forces, stopping_forces)
 
 
 # ---------------------------------------------------------------------------------------------- grips

@@ -14,31 +14,23 @@ equal to the penetration that follows from the coordinates (Baumgarte 1972, one 
 
 from typing import NamedTuple
 
-import numpy as np
-
 from ...contracts.catalogue import Channel
 from ...tracing.compiled.choosing import cond, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
-from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, map_joints, shaped
+from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, shaped
 from ..joints.contract import (
     JointState,
-    Load,
-    after_joint,
-    after_number,
-    after_part,
     contacts_at_speed,
     counts_of_part,
-    extra_channel_count,
     extra_channels,
     extra_observables,
-    first_offsets,
     gap_histories,
     guard_quantity,
-    history_count_of,
     load,
     load_histories,
+    located_parts,
     observable_count,
-    parts,
+    offsets_of,
     power_lost,
     power_stored,
     total_counts,
@@ -46,7 +38,7 @@ from ..joints.contract import (
 )
 from ..joints.spatial.forces import CHANNELS as SPATIAL_CHANNELS
 from ..joints.spatial.forces import POINT_CHANNELS
-from ..joints.worn import pairs, with_angles, with_body_angles
+from ..joints.worn import with_angles, with_body_angles
 from ..laws.contract import internal_rates, internal_state, touches
 from ..machines.contract import (
     FRAME_CHANNELS,
@@ -148,29 +140,17 @@ def _zero_rate(scene, contact, state, kappa, c):
 _rate_of_root = cond(root_rate, _zero_rate)
 
 
-class _ObservableRows(NamedTuple):
-    """Destination of the observables of contacts."""
-
-    contacts: int  # number of contacts
-    o: tuple  # (columns, 16)
-    row: int
-    is_converged: bool  # whether the state is on the solution, not an iterate
-
-
-@kernel
-def _put_number(number, _, column, destination):
-    values, row = destination
-    values[column, row] = number
-
-
-_put_numbers = map_joints(_put_number, after_number)
+@inlined
+def _contacts_of(loads):
+    """Return the Contacts of all joints under their Loads."""
+    return tuple([contact for load in loads for contact in load.contacts])
 
 
 @inlined
-def _put_contacts(joint, load, offsets, destination):
-    o, row = destination.o, destination.row
-    for i in range(len(load.contacts)):
-        contact, c = load.contacts[i], offsets.contact + i
+def _put_contacts(loads, o, row, is_converged):
+    """Write the observables of all contacts."""
+    contacts = _contacts_of(loads)
+    for c, contact in enumerate(contacts):
         dissipated = power_lost(contact)
         observed_contact = Observed(
             normal=contact.normal,
@@ -184,33 +164,15 @@ def _put_contacts(joint, load, offsets, destination):
             guard_quantity=guard_quantity(contact),
         )
         write_contact_observables(o, row, c, observed_contact)
-        extra = extra_observables(contact, destination.is_converged)
-        _put_numbers(extra, extra, film_column(destination.contacts, c, 0), (o, row))
-
-
-_put_all_contacts = map_joints(_put_contacts, after_joint)
-
-
-class RootRates(NamedTuple):
-    """Destination of the rates of roots of penetration, and their inputs."""
-
-    scene: Scene
-    state: JointState
-    kappa: float  # s
-    k: tuple  # (n, 16) rates
-    row: int
+        for column, number in enumerate(extra_observables(contact, is_converged), film_column(len(contacts), c, 0)):
+            o[column, row] = number
 
 
 @inlined
-def _put_roots(joint, load, offsets, destination):
-    state = destination.state
-    for i in range(len(load.contacts)):
-        c = offsets.contact + i
-        arguments = destination.scene, load.contacts[i], state, destination.kappa, c
-        destination.k[state.roots + c, destination.row] = _rate_of_root(touches(state.mode[c]), arguments)
-
-
-_put_all_roots = map_joints(_put_roots, after_joint)
+def _put_root_rates(scene, loads, state, kappa, k, row):
+    """Write the rates of all roots of penetration to row `row` of `k`."""
+    for c, contact in enumerate(_contacts_of(loads)):
+        k[state.roots + c, row] = _rate_of_root(touches(state.mode[c]), (scene, contact, state, kappa, c))
 
 
 @inlined
@@ -227,13 +189,13 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
     time_index = 2 * count
     pose, _, loads, motion = evaluate_motion(scene, y, mode, latched)
     kappa = time_scale(scene, y, mode)
-    state, offsets = JointState(y, mode, latched, time_index + 1), first_offsets(scene.joints, time_index + 1)
+    state = JointState(y, mode, latched, time_index + 1)
     if k is not None:
         for i in range(count):
             k[i, row] = kappa * y[count + i]
             k[count + i, row] = kappa * motion.accelerations[i]
         k[time_index, row] = kappa
-        _put_all_roots(scene.joints, loads, offsets, RootRates(scene, state, kappa, k, row))
+        _put_root_rates(scene, loads, state, kappa, k, row)
         put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
         put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
@@ -246,9 +208,7 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
         powers, film_columns = friction_powers(scene.mechanism, motion), observable_count(scene.joints)
         for i in range(len(powers)):
             o[film_columns + i, row] = powers[i]
-        _put_all_contacts(
-            scene.joints, loads, offsets, _ObservableRows(total_counts(scene.joints).contact, o, row, is_converged)
-        )
+        _put_contacts(loads, o, row, is_converged)
     return pose, loads, motion
 
 
@@ -259,26 +219,22 @@ def put_error(scene, pose, o, row):
 
 
 @inlined
-def put_root_rates(scene, joint_gaps, loads, destination):
-    """Write the rates of all roots of penetration to RootRates, from the Gaps of the joints.
+def put_root_rates(scene, joint_gaps, loads, state, kappa, k, row):
+    """Write the rates of all roots of penetration to row `row` of `k` (n, 16), from the Gaps of the joints.
 
     loads : the Loads at these coordinates and roots, but at other velocities; None if they are not known
     """
-    offsets = first_offsets(scene.joints, destination.state.roots)
     if loads is None:
-        loads = loads_of(scene.joints, joint_gaps, destination.state)
+        loads = loads_of(scene.joints, joint_gaps, state)
     else:
-        loads = _loads_at_speed(scene.joints, pairs(loads, joint_gaps, 0, 0), offsets, destination.state)
-    _put_all_roots(scene.joints, loads, offsets, destination)
+        items = list(zip(scene.joints, joint_gaps, loads, offsets_of(scene.joints, state.roots), strict=True))
+        loads = [_load_at_speed(joint, gap, load, offsets, state) for joint, gap, load, offsets in items]
+    _put_root_rates(scene, loads, state, kappa, k, row)
 
 
 @inlined
-def _load_at_speed(joint, load_and_gap, offsets, state):
-    load, gap = load_and_gap
+def _load_at_speed(joint, gap, load, offsets, state):
     return load._replace(contacts=contacts_at_speed(joint, gap, offsets, state, load.contacts))
-
-
-_loads_at_speed = map_joints(_load_at_speed, after_joint)
 
 
 @inlined
@@ -307,29 +263,6 @@ def first_signal(scene):
     return observable_count(scene.joints) + len(friction_laws(scene.mechanism))
 
 
-class _SlopeColumn(NamedTuple):
-    """Destination of the derivatives of roots of penetration, and their inputs."""
-
-    scene: Scene
-    state: JointState
-    kappa: float  # s
-    out: tuple  # (n,)
-
-
-@inlined
-def _put_root_slopes(joint, load, offsets, destination):
-    state = destination.state
-    for i in range(len(load.contacts)):
-        c = offsets.contact + i
-        destination.out[state.roots + c] = 0.0
-        if touches(state.mode[c]):
-            rate = root_rate(destination.scene, load.contacts[i], state, destination.kappa, c)
-            destination.out[state.roots + c] = slope(as_dual(rate))
-
-
-_put_all_root_slopes = map_joints(_put_root_slopes, after_joint)
-
-
 @inlined
 def differentiate(scene, y, mode, latched, jacobian, stage):
     """Write the exact derivatives of `rates` at the state `y` to `jacobian[stage]` (n, n), column by column."""
@@ -344,9 +277,10 @@ def differentiate(scene, y, mode, latched, jacobian, stage):
             jacobian[stage, n + i, column] = slope(kappa * motion.accelerations[i])
         jacobian[stage, 2 * n, column] = slope(kappa)
         out, state = jacobian[stage, :, column], JointState(z, mode, latched, 2 * n + 1)
-        _put_all_root_slopes(
-            scene.joints, loads, first_offsets(scene.joints, 2 * n + 1), _SlopeColumn(scene, state, kappa, out)
-        )
+        for c, contact in enumerate(_contacts_of(loads)):
+            out[state.roots + c] = 0.0
+            if touches(mode[c]):
+                out[state.roots + c] = slope(as_dual(root_rate(scene, contact, state, kappa, c)))
         put_internal_rates(scene.joints, loads, state, kappa, out)
         put_friction_rates(scene, z, motion, kappa, out)
 
@@ -402,49 +336,6 @@ CHANNELS = (
 )
 
 
-class _SampleCursor(NamedTuple):
-    """Destination of the time histories of a joint: its first contact and first column."""
-
-    offsets: tuple  # Offsets of the joint
-    column: int
-
-
-@kernel
-def _cursor_after(cursor, joint):
-    return _SampleCursor(
-        after_joint(cursor.offsets, joint), cursor.column + history_count_of(joint) + extra_channel_count(joint)
-    )
-
-
-@inlined
-def _put_gap(joint, gap, cursor, destination):
-    out, journal_sides = destination
-    values = gap_histories(joint, gap, journal_sides[cursor.offsets.contact])
-    for i in range(len(values)):
-        out[cursor.column + i] = values[i]
-
-
-@kernel
-def _put_channel(number, _, column, values):
-    values[column] = number
-
-
-_put_channels = map_joints(_put_channel, after_number)
-
-
-@inlined
-def _put_force(joint, load, cursor, destination):
-    values = load_histories(joint, load)
-    first_column = cursor.column + history_count_of(joint) - len(values)
-    for i in range(len(values)):
-        destination[0][first_column + i] = values[i]
-    extra = extra_channels(load.contacts[0])
-    _put_channels(extra, extra, cursor.column + history_count_of(joint), destination[0])
-
-
-_put_gaps, _put_forces = map_joints(_put_gap, _cursor_after), map_joints(_put_force, _cursor_after)
-
-
 def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     """Write the first `channels` time histories at `y` to `out`."""
     parameters = scene[0]
@@ -453,9 +344,12 @@ def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     journal_sides, y = shaped(journal_sides, (contacts,)), shaped(y, (n,))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     pose, joint_gaps, loads, motion = evaluate_motion(parameters, y, mode, latched)
-    cursor = _SampleCursor(first_offsets(parameters.joints, 0), describe(parameters.mechanism, y, pose, motion, values))
-    _put_gaps(parameters.joints, joint_gaps, cursor, (values, journal_sides))
-    _put_forces(parameters.joints, loads, cursor, (values, journal_sides))
+    first, histories = describe(parameters.mechanism, y, pose, motion, values), ()
+    for i, (joint, offsets) in enumerate(zip(parameters.joints, offsets_of(parameters.joints, 0), strict=True)):
+        of_gap = gap_histories(joint, joint_gaps[i], journal_sides[offsets.contact])
+        histories = (*histories, *of_gap, *load_histories(joint, loads[i]), *extra_channels(loads[i].contacts[0]))
+    for column, number in enumerate(histories, first):
+        values[column] = number
     if parameters.shaking:
         histories = vibration_histories(parameters, y, pose, motion)
         for i in range(len(histories)):
@@ -475,80 +369,27 @@ def samples_of(scene, parameters) -> Entry:
 # ---------------------------------------------------------------------------------------------- loads of all joints
 
 
-_loads = map_joints(load, after_joint)
-
-
 @inlined
 def loads_of(joints, gaps, state):
     """Return a Load for each joint of the tuple `joints`, with their Gaps."""
-    return _loads(joints, gaps, first_offsets(joints, state.roots), state)
+    items = list(zip(joints, gaps, offsets_of(joints, state.roots), strict=True))
+    return tuple([load(joint, gap, offsets, state) for joint, gap, offsets in items])
 
 
 # ---------------------------------------------------------------------------------------------- internal states
 
 
-class _RatesContext(NamedTuple):
-    """Data for the rates of internal states."""
-
-    load: Load
-    state: tuple  # JointState
-    kappa: float  # s
-    out: np.ndarray  # (n,) rates of the state vector, or their slopes
-
-
-class _RateContext(NamedTuple):
-    """Data for the rate of one number."""
-
-    touching: bool
-    kappa: float  # s
-    out: np.ndarray
-
-
 @kernel
-def _put_rate(rate, declared, index, context):
-    rate = rate if context.touching or declared.survives_separation else as_type_of(0.0, rate)
-    context.out[index] = rate_or_slope(context.kappa * rate)
-
-
-@kernel
-def _put_zero(declared, _, index, out):
-    out[index] = 0.0
-
-
-@kernel
-def _survives(declared, _, index, context):
-    return declared.survives_separation
-
-
-_put_rates, _put_all_zeros, _survival_of_each = (
-    map_joints(function, after_number) for function in (_put_rate, _put_zero, _survives)
-)
-
-
-@kernel
-def _put_part_rates(part, _, offsets, context):
-    if not counts_of_part(part).internal:
-        return
-    declared, touching = internal_state(part.law), touches(context.state.mode[offsets.contact + part.contact])
-    if touching or True in _survival_of_each(declared, declared, 0, 0):
-        law = with_current_state(part.law, context.state.y, context.state.latched, offsets)
-        rates = internal_rates(law, context.load.contacts[part.contact])
-        _put_rates(rates, declared, offsets.internal, _RateContext(touching, context.kappa, context.out))
+def _put_rates_of_part(part, contact, offsets, state, kappa, out):
+    declared, touching = internal_state(part.law), touches(state.mode[offsets.contact + part.contact])
+    if touching or any(number.survives_separation for number in declared):
+        law = with_current_state(part.law, state.y, state.latched, offsets)
+        for i, rate in enumerate(internal_rates(law, contact)):
+            present_rate = rate if touching or declared[i].survives_separation else as_type_of(0.0, rate)
+            out[offsets.internal + i] = rate_or_slope(kappa * present_rate)
     else:
-        _put_all_zeros(declared, declared, offsets.internal, context.out)
-
-
-_put_rates_of_parts = map_joints(_put_part_rates, after_part)
-
-
-@kernel
-def _put_joint_rates(joint, load, offsets, context):
-    state, kappa, out = context
-    joint_parts = parts(joint)
-    _put_rates_of_parts(joint_parts, joint_parts, offsets, _RatesContext(load, state, kappa, out))
-
-
-_put_rates_of_joints = map_joints(_put_joint_rates, after_joint)
+        for i in range(len(declared)):
+            out[offsets.internal + i] = 0.0
 
 
 @kernel
@@ -557,4 +398,6 @@ def put_internal_rates(joints, loads, state, kappa, out):
 
     Out of contact only numbers that are kept over separations have a rate.
     """
-    _put_rates_of_joints(joints, loads, first_offsets(joints, state.roots), (state, kappa, out))
+    for number, part, offsets in located_parts(joints, state.roots):
+        if counts_of_part(part).internal:
+            _put_rates_of_part(part, loads[number].contacts[part.contact], offsets, state, kappa, out)

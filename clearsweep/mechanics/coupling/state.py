@@ -4,15 +4,13 @@ Friction loads act in joints without clearance, have a given size, or come from 
 states, as these surfaces never part.
 """
 
+import itertools
 from typing import NamedTuple
-
-import numpy as np
 
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, rate_or_slope
-from ...tracing.compiled.family import form_number, inlined, kernel, known, map_joints
+from ...tracing.compiled.family import form_number, inlined, kernel, known
 from ..joints.contract import (
-    after_number,
     contact_modes,
     every_internal_state,
     state_kinds_of,
@@ -41,10 +39,6 @@ def _state_size(law):
     """Return the number of a friction load's internal states in the state vector."""
     law_type = type_of(law)
     return len(law_type._field_defaults) if is_integrated(law_type) else 0
-
-
-def _offset_after(offset, law):
-    return offset + _state_size(law)
 
 
 @inlined
@@ -84,17 +78,12 @@ def every_state(scene) -> list[tuple]:
 _STATELESS: set[int] = set()  # form numbers of scenes whose laws have no integrated state, as of most
 
 
-def _first_friction_state(scene):
-    counts = total_counts(scene.joints)
-    return 2 * len(scene.coordinates) + 1 + counts.contact + counts.internal
-
-
-@kernel
-def _with_state(law, _, offset, y):
-    return with_internal_state(law, y, offset) if _state_size(law) else law
-
-
-_with_states = map_joints(_with_state, _offset_after)
+@known
+def _first_states(scene):
+    """Return the index of the first internal state of each friction load in the state vector."""
+    counts, sizes = total_counts(scene.joints), map(_state_size, friction_laws(scene.mechanism))
+    first = 2 * len(scene.coordinates) + 1 + counts.contact + counts.internal
+    return tuple(itertools.accumulate(sizes, initial=first))[:-1]
 
 
 @inlined
@@ -102,44 +91,20 @@ def with_friction_states(scene, y):
     """Return the scene with the internal states of its friction loads from the state `y`."""
     if not friction_state_count(scene):
         return scene
-    laws = friction_laws(scene.mechanism)
-    laws = _with_states(laws, laws, _first_friction_state(scene), y)
-    return scene._replace(mechanism=with_friction_laws(scene.mechanism, laws))
-
-
-class _RatesContext(NamedTuple):
-    """Destination of the rates of internal states, or of their slopes."""
-
-    kappa: float  # s
-    out: np.ndarray  # (n,)
-
-
-@kernel
-def _put_rate(rate, _, offset, destination):
-    destination.out[offset] = rate_or_slope(destination.kappa * rate)
-
-
-_put_rates = map_joints(_put_rate, after_number)
-
-
-@kernel
-def _put_law_rates(law, slip, offset, destination):
-    if _state_size(law):
-        rates = internal_rates(law, Sliding(slip))
-        _put_rates(rates, rates, offset, destination)
-
-
-_put_rates_of_laws = map_joints(_put_law_rates, _offset_after)
+    laws = list(zip(friction_laws(scene.mechanism), _first_states(scene), strict=True))
+    current = [with_internal_state(law, y, start) if _state_size(law) else law for law, start in laws]
+    return scene._replace(mechanism=with_friction_laws(scene.mechanism, tuple(current)))
 
 
 @inlined
 def put_friction_rates(scene, y, motion, kappa, out):
     """Write the rates of the internal states of friction loads with respect to tau to `out`, or their slopes."""
     if friction_state_count(scene):
-        laws = friction_laws(with_friction_states(scene, y).mechanism)
-        _put_rates_of_laws(
-            laws, friction_slips(scene.mechanism, motion), _first_friction_state(scene), _RatesContext(kappa, out)
-        )
+        laws, slips = friction_laws(with_friction_states(scene, y).mechanism), friction_slips(scene.mechanism, motion)
+        for law, slip, start in zip(laws, slips, _first_states(scene), strict=True):
+            if _state_size(law):
+                for i, rate in enumerate(internal_rates(law, Sliding(slip)), start):
+                    out[i] = rate_or_slope(kappa * rate)
 
 
 # ---------------------------------------------------------------------------------------------- the time scale

@@ -26,20 +26,12 @@ contact.
 `test_joint_contract` has short examples of both.
 """
 
+import itertools
 from typing import NamedTuple
 
 import numpy as np
 
-from ...tracing.compiled.family import (
-    family,
-    family_with_default,
-    form_number,
-    inlined,
-    kernel,
-    kinds,
-    known,
-    map_joints,
-)
+from ...tracing.compiled.family import family, family_with_default, form_number, inlined, kernel, kinds, known
 from ..laws.contract import guards, internal_state, is_integrated
 from ..observe import FILM_WIDTH, column_count
 
@@ -131,8 +123,8 @@ def contacts_at_speed(joint, gap, offsets, state, contacts):
 
 @family_with_default
 def extra_columns(joint):
-    """Return the numbers of extra observables and extra time histories of a joint; depends only on its type."""
-    return 0, 0
+    """Return the number of extra observables of a joint; depends only on its type."""
+    return 0
 
 
 # ---------------------------------------------------------------------------------------------- of a Contact
@@ -176,12 +168,6 @@ def extra_observables(contact, is_converged):
 def extra_channels(contact):
     """Return the values of a contact's extra time histories."""
     return ()
-
-
-@family_with_default
-def history_count(joint):
-    """Return the number of time histories of a joint; depends only on its type."""
-    return 6
 
 
 @family_with_default
@@ -317,12 +303,6 @@ def _sum_counts(all_counts):
     return Offsets(*map(sum, zip(_NO_COUNTS, *all_counts, strict=True)))
 
 
-@kernel
-def after_number(offsets, number):
-    """Return the Offsets after a number."""
-    return offsets + 1
-
-
 def _advance_by(counts_of_one):
     """Return a function that advances Offsets past a joint or part of the size `counts_of_one`."""
 
@@ -340,14 +320,8 @@ def _advance_by(counts_of_one):
 
 
 after_law = _advance_by(_counts_of_law)
-after_part = _advance_by(counts_of_part)
-after_joint = _advance_by(counts_of_joint)
-
-
-@known
-def history_count_of(joint):
-    """Return the number of time histories of a joint or its compiler type."""
-    return history_count.body_for(type_of(joint))(_Fields(joint))
+_after_part = _advance_by(counts_of_part)
+_after_joint = _advance_by(counts_of_joint)
 
 
 @kernel
@@ -357,39 +331,59 @@ def first_offsets(joints, roots):
     return Offsets(0, roots + contacts, contacts, 0)
 
 
-def _extra_counts(joint):
-    return extra_columns.body_for(type_of(joint))(None)
+@inlined
+def repeated_offsets(offsets, number, laws):
+    """Return the Offsets of `laws` at contact `number` of a joint that repeats them at each; clips have no numbers."""
+    following = offsets
+    for law in laws:
+        following = after_law(following, law)
+    return Offsets(
+        offsets.contact + number,
+        offsets.internal + number * (following.internal - offsets.internal),
+        offsets.latched + number * (following.latched - offsets.latched),
+        offsets.guard,
+    )
+
+
+@known
+def offsets_of(joints, roots):
+    """Return the Offsets of each joint; the roots of penetration begin at `roots` in the state vector."""
+    return tuple(itertools.accumulate(joints, _after_joint, initial=first_offsets(joints, roots)))[:-1]
+
+
+@known
+def _offsets_of_parts(joint_parts, offsets):
+    return tuple(itertools.accumulate(joint_parts, _after_part, initial=offsets))[:-1]
+
+
+@inlined
+def located_parts(joints, roots):
+    """Return (index of its joint, Part, its Offsets) of every part of the joints; roots : as for `offsets_of`."""
+    located = ()
+    for number, (joint, offsets) in enumerate(zip(joints, offsets_of(joints, roots), strict=True)):
+        joint_parts = parts(joint)
+        part_offsets = _offsets_of_parts(joint_parts, offsets)
+        located = (*located, *[(number, *part) for part in zip(joint_parts, part_offsets, strict=True)])
+    return located
 
 
 @known
 def observable_count(joints):
     """Return the number of observables of a scene: those of films follow those of all contacts."""
     contacts = total_counts(joints).contact
-    return column_count(contacts) + (FILM_WIDTH * contacts if any(_extra_counts(joint)[0] for joint in joints) else 0)
-
-
-@known
-def extra_channel_count(joint):
-    """Return the number of extra time histories of a joint."""
-    return _extra_counts(joint)[1]
+    return column_count(contacts) + (
+        FILM_WIDTH * contacts if any(extra_columns.body_for(type_of(joint))(None) for joint in joints) else 0
+    )
 
 
 # ---------------------------------------------------------------------------------------------- internal states
 
 
 @kernel
-def _state_item(default, _, offsets, numbers):
-    return numbers[offsets]
-
-
-_state_items = map_joints(_state_item, after_number)
-
-
-@kernel
 def with_internal_state(law, numbers, start):
     """Return the law with its internal state from `numbers`, starting at `start`."""
     law_type, parameter_count = type(law), len(law) - len(law._field_defaults)
-    return law_type(*law[:parameter_count], *_state_items(law[parameter_count:], law[parameter_count:], start, numbers))
+    return law_type(*law[:parameter_count], *[numbers[start + i] for i in range(len(law) - parameter_count)])
 
 
 @kernel

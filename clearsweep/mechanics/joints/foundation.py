@@ -41,14 +41,7 @@ from ...tracing.compiled.dual import plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ..laws.elastic import elastic_force
 from ..wear import SlidingContact, update_wear_over_span, wear_rate
-from ..wear.arc import (
-    NODES,
-    POINTS,
-    WEIGHTS,
-    ArcRows,
-    evaluate_polynomial,
-    write_pressure,
-)
+from ..wear.arc import NODES, POINTS, WEIGHTS, ArcRows, evaluate_polynomial, write_pressure
 from ..wear.bins import update_wear_over_arc
 from ..wear.shape import KNOT_SPACING, Shape, wear_depth_at, wear_integral_at, wear_moments_at
 from .worn import (

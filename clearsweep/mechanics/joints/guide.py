@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, plain
-from ...tracing.compiled.family import inlined, kernel, map_joints
+from ...tracing.compiled.family import inlined, kernel
 from ..laws.contract import ACTS, FREE, PRESSED, is_sticking
 from ..laws.friction import static_limit
 from ..wear.bins import never_wears
@@ -23,14 +23,12 @@ from .contract import (
     Contact,
     ContactModes,
     Load,
-    Offsets,
-    after_law,
-    after_number,
     contact_modes,
     grips_of,
     load,
     load_histories,
     parts,
+    repeated_offsets,
     slip_rate,
     with_tangential,
 )
@@ -76,23 +74,6 @@ class Corner(NamedTuple):
     contact: Contact
 
 
-class _Signs(NamedTuple):
-    length: float
-    height: float
-
-
-class _BlockContext(NamedTuple):
-    """Data that all corners share."""
-
-    joint: tuple
-    gap: GuideGap
-    offsets: tuple  # Offsets of the joint
-    state: tuple  # JointState
-
-
-_SIGNS = tuple(_Signs(*corner) for corner in CORNERS)
-
-
 @contact_modes.member(Guide)
 def _contact_modes_guide(joint):
     return (
@@ -123,30 +104,18 @@ def corner_position(joint, gap, signs):
 
 
 @kernel
-def _corner_force(signs, _, corner_number, context):
-    joint, gap, offsets, state = context
-    x, y = corner_position(joint, gap, signs)
-    relative_spin = gap.spin_distal - gap.spin_proximal
-    depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
-    rate = signs.height * (gap.vy + relative_spin * x)
-    slip = -signs.height * (gap.vx - relative_spin * y)
-    index = offsets.contact + corner_number
-    if state.mode[index] == FREE:
+def _corner(joint, gap, offsets, state, number):
+    x, y = corner_position(joint, gap, CORNERS[number])
+    relative_spin, side = gap.spin_distal - gap.spin_proximal, CORNERS[number][1]
+    depth = side * (gap.y + y) - 0.5 * joint.height - joint.clearance
+    rate = side * (gap.vy + relative_spin * x)
+    slip = -side * (gap.vx - relative_spin * y)
+    if state.mode[offsets.contact + number] == FREE:
         zero = as_type_of(0.0, depth)  # the speed is that of the gap: sliding along the wall does not change it
         return Corner(zero, zero, x, y, separate_contact(depth, rate, abs(rate)))
-    next_offsets = after_law(after_law(offsets, joint.law), joint.friction)  # clips have no numbers
-    internal_count, latched_count = next_offsets.internal - offsets.internal, next_offsets.latched - offsets.latched
-    corner_offsets = Offsets(
-        index,
-        offsets.internal + corner_number * internal_count,
-        offsets.latched + corner_number * latched_count,
-        offsets.guard,
-    )
+    corner_offsets = repeated_offsets(offsets, number, (joint.law, joint.friction))
     contact = pressed_contact_at(joint, SurfaceMotion(depth, rate, slip), corner_offsets, state)
-    return Corner(-signs.height * contact.tangential, -signs.height * contact.normal, x, y, contact)
-
-
-_corner_forces = map_joints(_corner_force, after_number)
+    return Corner(-side * contact.tangential, -side * contact.normal, x, y, contact)
 
 
 @inlined
@@ -175,7 +144,7 @@ def _load_histories_guide(joint, load):
 
 @load.member(Guide)
 def _load_guide(joint, gap, offsets, state):
-    a, b, c, d = _corner_forces(_SIGNS, _SIGNS, 0, _BlockContext(joint, gap, offsets, state))
+    a, b, c, d = [_corner(joint, gap, offsets, state, number) for number in range(4)]
     axial, transverse = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     block_moment = _corner_moment(a) + _corner_moment(b) + _corner_moment(c) + _corner_moment(d)
     return Load(

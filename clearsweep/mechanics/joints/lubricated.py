@@ -332,7 +332,7 @@ def _load_lubricated(joint, gap, offsets, state):
 
 @extra_columns.member(Film, Lubricated)
 def _extra_columns_film_or_lubricated(joint):
-    return FILM_WIDTH, 1
+    return FILM_WIDTH
 
 
 @power_lost.member(FilmContact)

@@ -26,7 +26,7 @@ import numpy as np
 from ...language.errors import InputError
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, plain
-from ...tracing.compiled.family import family_with_default, inlined, kernel, map_joints
+from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ...tracing.compiled.pinned import array_handle, cubic_at, cubic_rows
 from ..laws.contract import (
     ACTS,
@@ -51,10 +51,8 @@ from .contract import (
     CONTACT_FIELDS,
     ContactModes,
     Load,
-    Offsets,
     Part,
     after_law,
-    after_number,
     contact_modes,
     gap_histories,
     guard_quantity,
@@ -63,6 +61,7 @@ from .contract import (
     parts,
     power_lost,
     power_stored,
+    repeated_offsets,
     type_of,
     with_current_state,
 )
@@ -142,22 +141,6 @@ in the direction of the flank's normal; torque : N m, on the first wheel by the 
 """
 
 
-class _Flank(NamedTuple):
-    side: float
-
-
-class _FlankContext(NamedTuple):
-    """Data that both flanks share."""
-
-    joint: tuple
-    gap: MeshGap
-    offsets: tuple  # Offsets of the joint
-    state: tuple  # JointState
-
-
-_FLANKS = _Flank(DRIVE), _Flank(COAST)
-
-
 @contact_modes.member(Mesh)
 def _contact_modes_mesh(joint):
     # an acting contact has located maxima: also of the position in the play, and of the power of the drag
@@ -229,14 +212,8 @@ def _power_lost_at_flank(contact):
 @inlined
 def flank_offsets(joint, offsets, flank):
     """Return the Offsets of flank number `flank`, from those of the joint."""
-    following = _offsets_of_teeth(joint, offsets)  # clips have no numbers
-    following = after_law(following, joint.teeth) if joint.teeth else following
-    return Offsets(
-        offsets.contact + flank,
-        offsets.internal + flank * (following.internal - offsets.internal),
-        offsets.latched + flank * (following.latched - offsets.latched),
-        offsets.guard,
-    )
+    laws = (joint.law, joint.friction, joint.teeth) if joint.teeth else (joint.law, joint.friction)
+    return repeated_offsets(offsets, flank, laws)
 
 
 @inlined
@@ -269,10 +246,10 @@ def _slip(joint, gap, side, place):
 
 
 @kernel
-def _flank_contact(flank, _, number, context):
-    joint, gap, offsets, state = context
-    depth = flank.side * (gap.x - joint.middle) - gap.wider - joint.reach
-    rate = flank.side * gap.v - gap.widening
+def _flank_contact(joint, gap, offsets, state, number):
+    side = (DRIVE, COAST)[number]
+    depth = side * (gap.x - joint.middle) - gap.wider - joint.reach
+    rate = side * gap.v - gap.widening
     drag_power = joint.drag * gap.v * gap.v if number == 0 else as_type_of(0.0, depth)
     zero, speed = as_type_of(0.0, depth), abs(rate)
     if not touches(state.mode[offsets.contact + number]):
@@ -281,17 +258,17 @@ def _flank_contact(flank, _, number, context):
     slip = tangential = pitches = place = torque = turned = zero
     if joint.teeth:
         teeth = with_current_state(joint.teeth, state.y, state.latched, _offsets_of_teeth(joint, at_flank))
-        pitches = _pitches(joint, gap.roll, flank.side)
+        pitches = _pitches(joint, gap.roll, side)
         pair = where(teeth.pair > NEVER, teeth.pair, math.floor(plain(pitches)))
         place = teeth.pitch * (pitches - pair - teeth.approach)
-        slip = _slip(joint, gap, flank.side, place)
+        slip = _slip(joint, gap, side, place)
     current = joint
     if joint.stiffness:
         root = state.y[state.roots + at_flank.contact]
         factor, slope, _ = cubic_at(*joint.stiffness, pitches - math.floor(plain(pitches)))
         current = joint._replace(elastic=Scaled(joint.elastic, factor))
         energy_slope = slope * elastic_energy(joint.elastic, root * root)
-        torque = -flank.side * joint.arm_proximal / joint.teeth.pitch * energy_slope
+        torque = -side * joint.arm_proximal / joint.teeth.pitch * energy_slope
         turned = -torque * (gap.v + joint.arm_distal * gap.spin) / (joint.arm_proximal + joint.arm_distal)
     contact = pressed_contact_at(current, SurfaceMotion(depth, rate, slip), at_flank, state)
     if joint.teeth:
@@ -300,12 +277,9 @@ def _flank_contact(flank, _, number, context):
     return FlankContact(*observed, pitches, place, torque, turned)
 
 
-_flank_contacts = map_joints(_flank_contact, after_number)
-
-
 @load.member(Mesh)
 def _load_mesh(joint, gap, offsets, state):
-    drive, coast = _flank_contacts(_FLANKS, _FLANKS, 0, _FlankContext(joint, gap, offsets, state))
+    drive, coast = [_flank_contact(joint, gap, offsets, state, number) for number in range(2)]
     driving, parting = drive.normal - coast.normal + joint.drag * gap.v, drive.normal + coast.normal
     across, moment = driving, -joint.arm_proximal * driving
     if joint.stiffness:  # a couple of forces on both centres keeps its torque in balance

@@ -27,7 +27,7 @@ import numpy as np
 from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import direction, rough_cube_root, where
 from ...tracing.compiled.dual import as_type_of, plain
-from ...tracing.compiled.family import family, inlined, map_joints
+from ...tracing.compiled.family import family, inlined
 from ..laws.contract import ACTS, FREE, PRESSED, REPORTING
 from ..laws.elastic import Power, PowerThreeHalves
 from ..laws.friction import friction_force
@@ -37,18 +37,15 @@ from .contract import (
     Contact,
     ContactModes,
     Load,
-    Offsets,
     Part,
-    after_law,
-    after_number,
     contact_modes,
     gap_histories,
-    history_count,
     load,
     load_histories,
     parts,
     power_lost,
     power_stored,
+    repeated_offsets,
     with_current_state,
 )
 from .dry import Clip, normal_forces, separate_contact
@@ -118,13 +115,6 @@ times the fatigue loads of that ring, see `fatigue_loads`.
 
 power_stored.member(Rings)(lambda rings: rings.inner)
 power_lost.member(Rings)(lambda rings: rings.outer)
-
-
-class _ElementContext(NamedTuple):
-    joint: tuple
-    cage: Cage
-    offsets: tuple  # Offsets of the joint
-    state: tuple  # JointState
 
 
 with_angles.member(Rolling)(gap_with_angles)
@@ -222,21 +212,14 @@ def _normal_of(element, joint, cage):
 
 
 @inlined
-def _element_load(element, _, number, context):
-    joint, cage, offsets, state = context
+def _element_load(element, number, joint, cage, offsets, state):
     index, zero = offsets.contact + number, as_type_of(0.0, cage.x)
     if state.mode[index] == FREE:
         normal = _normal_of(element, joint, cage)  # here and below: where nothing observes it, it takes no time
         contact = separate_contact(normal.depth, normal.rate, cage.approach_bound)
         return ElementLoad(zero, zero, zero, zero, zero, zero, contact)
     normal = _normal_of(element, joint, cage)
-    after = after_law(offsets, joint.law)
-    law_offsets = Offsets(
-        index,
-        offsets.internal + number * (after.internal - offsets.internal),
-        offsets.latched + number * (after.latched - offsets.latched),
-        offsets.guard,
-    )
+    law_offsets = repeated_offsets(offsets, number, (joint.law,))
     current = joint._replace(law=with_current_state(joint.law, state.y, state.latched, law_offsets))
     root, mode, onset_rate = state.y[state.roots + index], state.mode[index], state.latched[index]
     force, _, elastic, unclipped = normal_forces(current, mode, root * abs(root), normal.rate, onset_rate)
@@ -248,9 +231,6 @@ def _element_load(element, _, number, context):
     return ElementLoad(-force * normal.x, -force * normal.y, -force * normal.across, loaded, *fatigue, contact)
 
 
-_element_loads = map_joints(_element_load, after_number)
-
-
 @inlined
 def _reported(normal, depth, zero):
     """Return a Contact that only reports."""
@@ -260,7 +240,7 @@ def _reported(normal, depth, zero):
 @load.member(Rolling)
 def _load_rolling(joint, gap, offsets, state):
     cage = cage_motion(joint, gap)
-    loads = _element_loads(joint.elements, joint.elements, 0, _ElementContext(joint, cage, offsets, state))
+    loads = [_element_load(element, i, joint, cage, offsets, state) for i, element in enumerate(joint.elements)]
     zero = as_type_of(0.0, cage.x)
     fx, fy, moment, loaded, inner_fatigue, outer_fatigue, contacts = zero, zero, zero, zero, zero, zero, ()
     for i in range(len(joint.elements)):
@@ -290,9 +270,6 @@ def _load_rolling(joint, gap, offsets, state):
 
 
 # ---------------------------------------------------------------------------------------------- time histories
-
-
-history_count.member(Rolling)(lambda joint: 7 + len(joint.elements))
 
 
 @gap_histories.member(Rolling)

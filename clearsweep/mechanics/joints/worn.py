@@ -26,21 +26,12 @@ from ...tracing import portable
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import direction, rolled_range
 from ...tracing.compiled.dual import Dual, as_type_of, plain
-from ...tracing.compiled.family import family, family_with_default, inlined, kernel, map_joints
+from ...tracing.compiled.family import family, family_with_default, inlined, kernel
 from ..laws.contract import FREE
 from ..laws.friction import friction_force
 from ..wear import contact_angle, local_clearance
 from ..wear.shape import Shape, wear_depth_at
-from .contract import (
-    CONTACT_FIELDS,
-    Load,
-    after_number,
-    contacts_at_speed,
-    load,
-    power_lost,
-    power_stored,
-    with_current_laws,
-)
+from .contract import CONTACT_FIELDS, Load, contacts_at_speed, load, power_lost, power_stored, with_current_laws
 from .dry import Gap, Joint, no_load, normal_forces, register_single_contact, separate_contact
 
 NEXT_TO_LAST_STEP = 0.004  # rad, a quarter of the smallest smoothing width: after a smaller step the next is the last
@@ -256,23 +247,11 @@ def gap_with_angles(joint, gap, angles):
     return GapWithAngles(*gap, *angles)
 
 
-@kernel
-def _with_angles(joint, gap_and_angles, index, _context):
-    return with_angles(joint, gap_and_angles[0], gap_and_angles[1])
-
-
-@kernel
-def _pair(gap, angles, index, _context):
-    return gap, angles
-
-
-_with_all_angles, pairs = map_joints(_with_angles, after_number), map_joints(_pair, after_number)
-
-
 @inlined
 def with_body_angles(joints, relative, angles):
     """Return the Gaps `relative` of joints, for worn joints with the `angles` of their bodies."""
-    return _with_all_angles(joints, pairs(relative, angles, 0, 0), 0, 0)
+    items = list(zip(joints, relative, angles, strict=True))
+    return tuple([with_angles(joint, gap, angles_of_joint) for joint, gap, angles_of_joint in items])
 
 
 # ---------------------------------------------------------------------------------------------- the joint

@@ -37,11 +37,7 @@ def _lossless(law, elastic, pen, rate, onset_rate):
 
 
 register(
-    declared_law(
-        "law hertz: no loss",
-        "F = F_elastic",
-        "Hertz 1881, J. reine angew. Math. 92:156",
-    ),
+    declared_law("law hertz: no loss", "F = F_elastic", "Hertz 1881, J. reine angew. Math. 92:156"),
     (Lossless,),
     free_restitution=lambda e: 1.0,
 )

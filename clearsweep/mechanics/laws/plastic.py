@@ -489,10 +489,7 @@ register(
         "law adams-impact: the IMPACT function of MSC Adams",
         "F = max(0, F_elastic + damping step(pen) rate), step = 3 x^2 - 2 x^3 of x = min(1, pen / depth)",
         "MSC Adams/Solver, functions IMPACT and STEP",
-        (
-            DAMPER,
-            Field("depth", "m", "penetration from which the full damping acts"),
-        ),
+        (DAMPER, Field("depth", "m", "penetration from which the full damping acts")),
         notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  The "
         "restitution depends on the speed.",
     ),

@@ -374,9 +374,7 @@ def make_kogut_etsion_surface(
         )  # F = F_c c r^power, r = (a_c / a)^(D - 1), F_c r = critical_pressure a
         pieces.append(
             Piece(
-                upper_end,
-                math.log(critical_pressure * coefficient) + exponent_change * log_area,
-                1.0 - exponent_change,
+                upper_end, math.log(critical_pressure * coefficient) + exponent_change * log_area, 1.0 - exponent_change
             )
         )
     return Surface(dimension, scale, tuple(pieces))

@@ -18,8 +18,7 @@ import numpy as np
 
 from ...contracts.catalogue import Channel
 from ...tracing.compiled.dual import Moving, as_type_of, slope, value
-from ...tracing.compiled.family import family, family_with_default, inlined, kernel, map_joints
-from ..joints.contract import after_number
+from ...tracing.compiled.family import family, family_with_default, inlined, kernel
 from ..observe import ANGLE, AX, AY, FORCE_SQUARE, FORCE_X, FORCE_Y, MOMENT, PLACE_WIDTH, PLACES, TIME, VX, VY
 
 
@@ -210,12 +209,11 @@ def describe(mechanism, y, pose, motion, out):
 @inlined
 def gap_accelerations(mechanism, y, motion):
     """Return a GapAcceleration for each open joint: time derivatives of the rates from `gaps`."""
-    joint_gaps = gaps(mechanism, pose_at(mechanism, Moving(y, motion.accelerations)))
-    return _slopes(joint_gaps, joint_gaps, 0, 0)
+    return tuple([_slope(gap) for gap in gaps(mechanism, pose_at(mechanism, Moving(y, motion.accelerations)))])
 
 
 @kernel
-def _slope(gap, _, index, shared):
+def _slope(gap):
     """Return the GapAcceleration of a Gap of Duals; all its numbers have the same type."""
     ax = slope(gap.vx)
     return GapAcceleration(
@@ -224,9 +222,6 @@ def _slope(gap, _, index, shared):
         as_type_of(slope(gap.spin_proximal), ax),
         as_type_of(slope(gap.spin_distal), ax),
     )
-
-
-_slopes = map_joints(_slope, after_number)
 
 
 # ---------------------------------------------------------------------------------------------- signals of vibration

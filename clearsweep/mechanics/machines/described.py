@@ -165,10 +165,7 @@ def column_name(name: str) -> str:
 
 
 def keys_of(
-    outline: Outline,
-    points: Mapping[str, tuple[str, ...]],
-    joints: tuple[str, ...],
-    grounded: Iterable[str],
+    outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...], grounded: Iterable[str]
 ) -> tuple[Keys, ...]:
     """Return the sections of drive, mounts, loads and vibration.
 
@@ -266,10 +263,7 @@ _NO_OUTLINE = Outline()
 
 
 def channels_of(
-    bodies: tuple[str, ...],
-    output: Output,
-    names: tuple[str, str, str],
-    outline: Outline = _NO_OUTLINE,
+    bodies: tuple[str, ...], output: Output, names: tuple[str, str, str], outline: Outline = _NO_OUTLINE
 ) -> tuple[Channel, ...]:
     """Return the time histories in the order of `describe`.
 
@@ -339,16 +333,7 @@ _SECTION = (
         optional=True,
     ),
     Field(
-        "bending",
-        "1",
-        "number of bending modes",
-        1,
-        MAX_MODES,
-        False,
-        False,
-        default=2,
-        integer=True,
-        role=NUMERICS,
+        "bending", "1", "number of bending modes", 1, MAX_MODES, False, False, default=2, integer=True, role=NUMERICS
     ),
 )
 _STRESS_LIFE = (

@@ -36,10 +36,7 @@ _TABLE = Columns(
     "table",
     "force and torque as functions of the crank angle or of time; a table over the crank angle repeats with the period "
     "of its span; a table over time is constant outside its span; monotone cubics (PCHIP) interpolate between the rows",
-    (
-        ranged("crank_angle", "rad", "crank angle", "(-inf, inf)"),
-        ranged("time", "s", "time", "(-inf, inf)"),
-    ),
+    (ranged("crank_angle", "rad", "crank angle", "(-inf, inf)"), ranged("time", "s", "time", "(-inf, inf)")),
     (
         ranged("fx", "N", "force along x", "(-inf, inf)"),
         ranged("fy", "N", "force along y", "(-inf, inf)"),

@@ -15,10 +15,7 @@ def kinds_of(value: Any) -> Any:
     """Return the types in nested tuples."""
     if not isinstance(value, tuple):
         return float
-    return (
-        type(value),
-        *[float if type(item) is float else kinds_of(item) for item in value],
-    )  # most items are floats
+    return (type(value), *[float if type(item) is float else kinds_of(item) for item in value])  # most items are floats
 
 
 def generated(structure_of: Callable[[tuple], Any]) -> Callable:

@@ -135,10 +135,7 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
 def _solid_link(values: Mapping, name: str) -> Solid:
     points = {"near": (0.0, 0.0, 0.0), "far": (values[f"{name}.length"], 0.0, 0.0)}
     return Solid(
-        values[f"{name}.mass"],
-        vector_at(values, f"{name}.inertia"),
-        vector_at(values, f"{name}.center"),
-        points,
+        values[f"{name}.mass"], vector_at(values, f"{name}.inertia"), vector_at(values, f"{name}.center"), points
     )
 
 

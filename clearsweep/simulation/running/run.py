@@ -3,7 +3,6 @@
 import contextlib
 import dataclasses
 import functools
-import itertools
 import math
 import sys
 import time
@@ -16,14 +15,7 @@ from ...language import phases
 from ...mechanics.coupling.entries import guards_of, rates_of, stage_observables_of, sweep_of, wear_of
 from ...mechanics.coupling.rates import first_signal, rates, samples_of, scene_signal_count, slopes_of
 from ...mechanics.coupling.state import every_state
-from ...mechanics.joints.contract import (
-    Offsets,
-    after_joint,
-    every_contact,
-    every_latched,
-    first_offsets,
-    with_current_state,
-)
+from ...mechanics.joints.contract import Offsets, every_contact, every_latched, offsets_of, with_current_state
 from ...mechanics.laws.contract import touches
 from ...mechanics.laws.loss import needs_mass, needs_onset_rate
 from ...mechanics.machines.contract import link_signal_count
@@ -186,10 +178,10 @@ class Run:
             self.link_signals = LinkSignals(scene)
 
     @functools.cached_property
-    def offsets(self) -> list[Offsets]:
+    def offsets(self) -> tuple[Offsets, ...]:
         """Return the index of each joint's first number, which depends on the types of its laws."""
-        joints = self.value.joints
-        return list(itertools.accumulate(joints, after_joint, initial=first_offsets(joints, self.work.time + 1)))
+        offsets: tuple[Offsets, ...] = offsets_of(self.value.joints, self.work.time + 1)
+        return offsets
 
     def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
         """Return the status and events of an integration from the present state to the end in `control`."""
@@ -337,7 +329,7 @@ def onset_rates(run: Run) -> list[float]:
     """Return the onset rate (m/s) that each joint's law uses at the end of a run, or nan if it uses none."""
     work: Any = run.work  # mypy takes its parts for tuples of anything
     rates = [math.nan] * len(run.value.joints)
-    for j, offsets in enumerate(run.offsets[:-1]):
+    for j, offsets in enumerate(run.offsets):
         if touches(work.mode.item(offsets.contact)) and needs_onset_rate(_law_at_end(run, j)):
             rates[j] = work.latched.item(offsets.contact)
     return rates

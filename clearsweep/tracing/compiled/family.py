@@ -120,26 +120,6 @@ def _matches(declared, classes):
     return all(cls in (None, actual) for cls, actual in zip(declared, classes, strict=True))
 
 
-def map_joints(function, next_position):
-    """Return a function that calls `function` for every joint of a tuple, or for every part of a joint.
-
-    It takes (items, partners, position, context), two tuples in step and two values of any kind, and returns the tuple
-    of `function(item, partner, position, context)`.  `position` is as given for the first item, and
-    `next_position(position, item)` after each.  Items may differ in type, so each has its own code; both functions are
-    kernels.
-    """
-
-    def mapped(items, partners, position, context):
-        results = []
-        for item, partner in zip(items, partners, strict=True):
-            results.append(function(item, partner, position, context))
-            position = next_position(position, item)
-        return tuple(results)
-
-    mapped.each = function, next_position
-    return mapped
-
-
 class Entry(NamedTuple):
     """Addresses of the compiled code of a scene type and of a scene's parameters; 0 for none."""
 

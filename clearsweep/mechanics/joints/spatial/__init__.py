@@ -161,11 +161,7 @@ guards.member(Leaving)(lambda leaving: (Guard((ACTS,), observable=RAW, ends_run=
 
 @parts.member(Through)
 def _parts_through(joint):
-    return (
-        *dry_parts(0, joint.law, joint.friction),
-        *dry_parts(1, joint.law, joint.friction),
-        Part(Leaving(), 3),
-    )
+    return (*dry_parts(0, joint.law, joint.friction), *dry_parts(1, joint.law, joint.friction), Part(Leaving(), 3))
 
 
 @parts.member(Flanged)

@@ -15,7 +15,6 @@ from ..contract import (
     after_law,
     contacts_at_speed,
     gap_histories,
-    history_count,
     load,
     load_histories,
     with_current_state,
@@ -263,10 +262,6 @@ POINT_CHANNELS = (
     Channel("force_normal_{}", "N", "normal force at contact point {}"),
     Channel("force_friction_{}", "N", "friction at contact point {}, its size"),
 )
-
-
-history_count.member(Through)(lambda joint: 12)
-history_count.member(Flanged)(lambda joint: 16)
 
 
 @gap_histories.member(Through, Flanged)

@@ -18,14 +18,7 @@ from ....tracing.compiled.vector import cross, dot, plus_scaled
 from ....tracing.portable import coefficients_through, exact, powers
 from ...laws.contract import touches
 from ...observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
-from ...wear import (
-    Bins,
-    JointAccount,
-    NoWear,
-    SlidingContact,
-    half_arc,
-    peak_over_mean,
-)
+from ...wear import Bins, JointAccount, NoWear, SlidingContact, half_arc, peak_over_mean
 from ...wear.arc import FIT, POINTS, SMALLEST_ARC, account_pressure, accumulate_distance, sliding_contact_of
 from ...wear.bins import (
     SLOPES,
