@@ -19,7 +19,7 @@ from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import start_of
 from clearsweep.tracing.compiled import calculus
 from clearsweep.tracing.compiled.dual import FUNCTIONS, Dual, Seeded, as_dual, slope, value
-from clearsweep.tracing.compiled.family import kernel, pointer_to
+from clearsweep.tracing.compiled.family import kernel
 from clearsweep.tracing.objects import machine_code
 
 pytestmark = pytest.mark.heavy
@@ -94,11 +94,11 @@ def test_derivatives_of_every_friction_law_are_exact(name, slip):
 
 
 def evaluate(work, y):
-    integration.evaluate(pointer_to(work), y, 0)
+    integration.evaluate((work,), y, 0)
 
 
 def differentiate(work, y):
-    radau.differentiate(pointer_to(work), y, 0)
+    radau.differentiate((work,), y, 0)
 
 
 @pytest.mark.few("crank-rod+rod-slider")  # each is a compiled form of its own

@@ -109,7 +109,7 @@ def test_the_loss_is_smooth_over_rate_and_penetration_between_its_kinks(name):
     law, places, over = dry.law, (), ""
     if type(law) in kinks.members:
         places = kinks(law)
-        over = kink_variable.body_for(type(law)).__name__
+        over = kink_variable.body_of(law).__name__
     pen, onset = 1e-5, 0.1
 
     def by_rate(rate):

@@ -8,7 +8,7 @@ from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, inlined, is_plain, kernel, shaped
 from ..joints.contract import (
     JointState,
-    counts_of_part,
+    counts_of,
     every_guard,
     every_part,
     internal_state_location,
@@ -304,7 +304,7 @@ class _LatchContext(NamedTuple):
 @kernel
 def _latch_part(part, offsets, context):
     y, latched_values, o, row, roots, contact, guard = context
-    is_guard_of_part = 0 <= guard - offsets.guard < counts_of_part(part).guard
+    is_guard_of_part = 0 <= guard - offsets.guard < counts_of(part.law).guard
     if offsets.contact + part.contact == contact and (guard < 0 or is_guard_of_part):
         law = with_current_state(part.law, y, latched_values, offsets)
         event = guard - offsets.guard if is_guard_of_part else guard

@@ -21,7 +21,7 @@ from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, sha
 from ..joints.contract import (
     JointState,
     contacts_at_speed,
-    counts_of_part,
+    counts_of,
     extra_channels,
     extra_observables,
     gap_histories,
@@ -399,5 +399,5 @@ def put_internal_rates(joints, loads, state, kappa, out):
     Out of contact only numbers that are kept over separations have a rate.
     """
     for number, part, offsets in located_parts(joints, state.roots):
-        if counts_of_part(part).internal:
+        if counts_of(part.law).internal:
             _put_rates_of_part(part, loads[number].contacts[part.contact], offsets, state, kappa, out)

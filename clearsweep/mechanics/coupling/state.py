@@ -15,7 +15,6 @@ from ..joints.contract import (
     every_internal_state,
     state_kinds_of,
     total_counts,
-    type_of,
     with_internal_state,
 )
 from ..laws.contract import TOUCHES, internal_rates, internal_state, is_integrated, touches
@@ -37,8 +36,7 @@ class Sliding(NamedTuple):
 @known
 def _state_size(law):
     """Return the number of a friction load's internal states in the state vector."""
-    law_type = type_of(law)
-    return len(law_type._field_defaults) if is_integrated(law_type) else 0
+    return len(law._field_defaults) if is_integrated(type(law)) else 0
 
 
 @inlined
@@ -217,7 +215,7 @@ def _kappa_over_root_of_elements(scene, y, mode, kappa, contact):
 @known
 def touchable_contacts(joints):
     """Return the numbers of all contacts except those that only report."""
-    modes = [modes for joint in joints for modes in contact_modes.body_for(type_of(joint))(joint)]
+    modes = [modes for joint in joints for modes in contact_modes(joint)]
     return tuple(c for c, contact in enumerate(modes) if contact.pressed & TOUCHES)
 
 

@@ -26,7 +26,9 @@ contact.
 `test_joint_contract` has short examples of both.
 """
 
+import functools
 import itertools
+import operator
 from typing import NamedTuple
 
 import numpy as np
@@ -246,82 +248,40 @@ def every_guard(joints):
 # ---------------------------------------------------------------------------------------------- offsets
 
 
-class _Fields:
-    """Access to the fields of a tuple or, for a compiler type, to their types."""
-
-    def __init__(self, fields):
-        self._named = fields
-
-    def __getattr__(self, name):
-        fields = self._named
-        return fields.types[fields.fields.index(name)] if hasattr(fields, "instance_class") else getattr(fields, name)
-
-
-def type_of(value):
-    """Return the class of a tuple, or the class that a compiler type represents."""
-    return getattr(value, "instance_class", type(value))
-
-
-def _counts_of_law(law):
-    """Return the numbers of internal state and guards of a law or its compiler type, as Offsets."""
-    law_type = type_of(law)
-    state_count = len(law_type._field_defaults)
-    internal = state_count if is_integrated(law_type) else 0
-    return Offsets(0, internal, state_count - internal, len(guards.body_for(law_type)(None)))
-
-
 @known
-def counts_of_part(part):
-    """Return the numbers of internal state and guards of a Part or its compiler type, as Offsets."""
-    return _counts_of_law(_Fields(part).law)
+def counts_of(law):
+    """Return the numbers of internal state and guards of a law, as Offsets; they depend only on its type."""
+    state_count = len(law._field_defaults)
+    internal = state_count if is_integrated(type(law)) else 0
+    return Offsets(0, internal, state_count - internal, len(guards(law)))
 
 
-def counts_of_joint(joint):
-    """Return the numbers of contacts, internal state and guards of a joint or its compiler type."""
-    kind = kinds(joint) if isinstance(joint, tuple) else joint
+def _counts_of_joint(joint):
+    """Return the numbers of contacts, internal state and guards of a joint."""
+    kind = kinds(joint)
     if kind not in _COUNTS:
-        joint_type = type_of(joint)
-        fields = _Fields(joint)
-        contacts = Offsets(len(contact_modes.body_for(joint_type)(fields)), 0, 0, 0)
-        _COUNTS[kind] = _sum_counts([contacts, *map(counts_of_part, parts.body_for(joint_type)(fields))])
+        contacts = Offsets(len(contact_modes(joint)), 0, 0, 0)
+        _COUNTS[kind] = functools.reduce(_after, [counts_of(part.law) for part in parts(joint)], contacts)
     return _COUNTS[kind]
 
 
-_COUNTS: dict[object, Offsets] = {}  # types in a joint -> result of `counts_of_joint`
+_COUNTS: dict[object, Offsets] = {}  # types in a joint -> result of `_counts_of_joint`
+
+
+def _after(offsets, counts):
+    return Offsets(*map(operator.add, offsets, counts))
 
 
 @known
 def total_counts(joints):
     """Return the numbers of contacts, internal state and guards of the joints, as Offsets."""
-    return _sum_counts(map(counts_of_joint, joints))
+    return functools.reduce(_after, map(_counts_of_joint, joints), Offsets(0, 0, 0, 0))
 
 
-_NO_COUNTS = Offsets(0, 0, 0, 0)
-
-
-def _sum_counts(all_counts):
-    return Offsets(*map(sum, zip(_NO_COUNTS, *all_counts, strict=True)))
-
-
-def _advance_by(counts_of_one):
-    """Return a function that advances Offsets past a joint or part of the size `counts_of_one`."""
-
-    @known
-    def offsets_after(offsets, joint_part):
-        contact_count, internal_count, latched_count, guard_count = counts_of_one(joint_part)
-        return Offsets(
-            offsets.contact + contact_count,
-            offsets.internal + internal_count,
-            offsets.latched + latched_count,
-            offsets.guard + guard_count,
-        )
-
-    return offsets_after
-
-
-after_law = _advance_by(_counts_of_law)
-_after_part = _advance_by(counts_of_part)
-_after_joint = _advance_by(counts_of_joint)
+@known
+def after_law(offsets, law):
+    """Return the Offsets after a law."""
+    return _after(offsets, counts_of(law))
 
 
 @kernel
@@ -348,12 +308,8 @@ def repeated_offsets(offsets, number, laws):
 @known
 def offsets_of(joints, roots):
     """Return the Offsets of each joint; the roots of penetration begin at `roots` in the state vector."""
-    return tuple(itertools.accumulate(joints, _after_joint, initial=first_offsets(joints, roots)))[:-1]
-
-
-@known
-def _offsets_of_parts(joint_parts, offsets):
-    return tuple(itertools.accumulate(joint_parts, _after_part, initial=offsets))[:-1]
+    counts = map(_counts_of_joint, joints)
+    return tuple(itertools.accumulate(counts, _after, initial=first_offsets(joints, roots)))[:-1]
 
 
 @inlined
@@ -361,9 +317,10 @@ def located_parts(joints, roots):
     """Return (index of its joint, Part, its Offsets) of every part of the joints; roots : as for `offsets_of`."""
     located = ()
     for number, (joint, offsets) in enumerate(zip(joints, offsets_of(joints, roots), strict=True)):
-        joint_parts = parts(joint)
-        part_offsets = _offsets_of_parts(joint_parts, offsets)
-        located = (*located, *[(number, *part) for part in zip(joint_parts, part_offsets, strict=True)])
+        part_offsets = offsets
+        for part in parts(joint):
+            located = (*located, (number, part, part_offsets))
+            part_offsets = after_law(part_offsets, part.law)
     return located
 
 
@@ -371,9 +328,7 @@ def located_parts(joints, roots):
 def observable_count(joints):
     """Return the number of observables of a scene: those of films follow those of all contacts."""
     contacts = total_counts(joints).contact
-    return column_count(contacts) + (
-        FILM_WIDTH * contacts if any(extra_columns.body_for(type_of(joint))(None) for joint in joints) else 0
-    )
+    return column_count(contacts) + (FILM_WIDTH * contacts if any(extra_columns(joint) for joint in joints) else 0)
 
 
 # ---------------------------------------------------------------------------------------------- internal states

@@ -28,7 +28,6 @@ from .contract import (
     load,
     parts,
     slip_rate,
-    type_of,
     with_current_laws,
     with_tangential,
 )
@@ -77,7 +76,7 @@ def dry_parts(contact, law, friction):
 def elastic_parts(joint):
     """Return the Part of a joint's elastic law if it has guards, as one of one's own with kinks has."""
     elastic = getattr(joint, "elastic", ())
-    return (Part(elastic, 0),) if type_of(elastic) in guards.members else ()
+    return (Part(elastic, 0),) if type(elastic) in guards.members else ()
 
 
 def register_single_contact(joint_type):

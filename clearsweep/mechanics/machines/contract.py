@@ -4,11 +4,9 @@ A mechanism is a file or, if that would be long, a folder: a `catalogue.Mechanis
 of the families below for its compiled type.  Nothing else refers to it: its name, keys, joints and channels are
 read from that description, and the types in the compiled form choose the code.
 
-Joints without clearance are types too: a compiled form has a tuple with `Ideal()` or `Open()` for each joint site,
-and if the equations depend on which joints are open, members are chosen by that tuple (`slider_crank`).  The
-planar mechanism of any topology has a site for each of its joints; its `accelerate` is generated and eliminates the
-constraints of ideal joints.  A free crank is a further coordinate.  Loads on bodies are further values of the compiled
-form, which `accelerate` reads.
+Joints without clearance are types too: a planar machine has a site, `Ideal()` or `Open()`, for each of its joints; its
+`accelerate` is generated and eliminates the constraints of ideal joints.  A free crank is a further coordinate.  Loads
+on bodies are further values of the compiled form, which `accelerate` reads.
 """
 
 from collections.abc import Mapping

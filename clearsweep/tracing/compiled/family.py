@@ -55,38 +55,27 @@ def family(stub):
     """Return `stub` as a function with code chosen by the type of its first argument.
 
     `@stub.member(cls)` registers the code for `cls`, a NamedTuple, or for several; for None, the default for other
-    types.  Keywords restrict the code to values in which a field, a plain tuple, has items of given types: `member(cls,
-    field=(A, None))` needs an item of type `A` and one of any type.  The first match is used.  In compiled code the
-    choice takes no time and only the chosen body is compiled; with CLEARSWEEP_DISABLE_JIT=1 the same bodies run as
-    plain Python.
+    types.  In compiled code the choice takes no time and only the chosen body is compiled; in plain Python, with
+    CLEARSWEEP_DISABLE_JIT=1, the same bodies run.
     """
     members = {}
-    fields, bodies = {}, {}  # fields that narrow a class; cache of bodies by class and types in these fields
+
+    def body_of(value):
+        return members.get(type(value), members.get(None))
 
     @functools.wraps(stub)
     def dispatch(value, *arguments):
-        value_type = type(value)
-        if value_type not in fields:
-            narrowed = [field for narrowed, _ in members.get(value_type, members.get(None, ())) for field in narrowed]
-            fields[value_type] = tuple(dict.fromkeys(narrowed))
-        if fields[value_type]:
-            value_type = (value_type, *[tuple(map(type, getattr(value, field))) for field in fields[value_type]])
-        if value_type not in bodies:
-            bodies[value_type] = _body_of(members, value)
-        return bodies[value_type](value, *arguments)
+        return body_of(value)(value, *arguments)
 
-    def member(*classes, **narrowed):
+    def member(*classes):
         def register_body(body):
             for cls in classes:
-                members.setdefault(cls, []).append((narrowed, body))
-            fields.clear()
-            bodies.clear()
+                members.setdefault(cls, body)
             return body
 
         return register_body
 
-    dispatch.member, dispatch.members, dispatch.body_for = member, members, functools.partial(_body_for, members)
-    dispatch.body_of = functools.partial(_body_of, members)
+    dispatch.member, dispatch.members, dispatch.body_of = member, members, body_of
     return dispatch
 
 
@@ -95,29 +84,6 @@ def family_with_default(stub):
     dispatch = family(stub)
     dispatch.member(None)(stub)
     return dispatch
-
-
-def _select_body(members, cls, classes):
-    """Return the body for a class, or None; `classes(field)` : the classes of the items of a field."""
-    for narrowed, body in members.get(cls, members.get(None, ())):
-        if all(_matches(declared, tuple(classes(field))) for field, declared in narrowed.items()):
-            return body
-    return None
-
-
-def _body_of(members, value):
-    """Return the body for a value, or None."""
-    return _select_body(members, type(value), lambda field: map(type, getattr(value, field)))
-
-
-def _body_for(members, cls):
-    """Return the body for a class without narrowing fields, as a Python function."""
-    ((_, body),) = members.get(cls, members.get(None))
-    return body
-
-
-def _matches(declared, classes):
-    return all(cls in (None, actual) for cls, actual in zip(declared, classes, strict=True))
 
 
 class Entry(NamedTuple):
@@ -323,11 +289,6 @@ class Routine:
             return
         addresses = [x.ctypes.data if isinstance(x, np.ndarray) else ctypes.addressof(x) for x in arrays]
         objects.function_at(self.compile().address, len(arrays))(0, *addresses, integer)
-
-
-def pointer_to(value):
-    """Return an object whose `[0]` is `value`: in compiled code a pointer, valid until the caller returns."""
-    return (value,)
 
 
 def shaped(array, shape):
