@@ -18,6 +18,7 @@ from ...contracts.catalogue import Channel
 from ...tracing.compiled.choosing import cond, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
 from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, shaped
+from .. import observe
 from ..joints.contract import (
     JointState,
     contacts_at_speed,
@@ -40,38 +41,7 @@ from ..joints.spatial.forces import CHANNELS as SPATIAL_CHANNELS
 from ..joints.spatial.forces import POINT_CHANNELS
 from ..joints.worn import with_angles, with_body_angles
 from ..laws.contract import internal_rates, internal_state, touches
-from ..machines.contract import (
-    FRAME_CHANNELS,
-    PLACE_CHANNELS,
-    accelerate,
-    body_angles,
-    crank_rate,
-    describe,
-    energy,
-    friction_laws,
-    friction_powers,
-    gaps,
-    link_signal_count,
-    link_signals,
-    load_power,
-    output_error,
-    pose_at,
-    signal_count,
-    vibration_histories,
-)
-from ..observe import (
-    ACCELERATION,
-    DRIVE,
-    ERROR,
-    ERROR_RATE,
-    GRAVITY,
-    KAPPA,
-    KINETIC,
-    TORQUE,
-    Observed,
-    film_column,
-    write_contact_observables,
-)
+from ..machines import contract as machine
 from .inertia import joints_with_mass, with_sticking_forces
 from .state import kappa_over_root, put_friction_rates, size_of, time_scale, with_friction_states
 
@@ -89,7 +59,7 @@ class Scene(NamedTuple):
 
 @inlined
 def _gaps_with_angles(scene, y, joint_gaps):
-    return with_body_angles(scene.joints, joint_gaps, body_angles(scene.mechanism, y))
+    return with_body_angles(scene.joints, joint_gaps, machine.body_angles(scene.mechanism, y))
 
 
 @kernel
@@ -107,14 +77,14 @@ def uses_body_angles(joint_types):
 @inlined
 def evaluate_motion(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
-    pose = pose_at(scene.mechanism, y)
-    joint_gaps = gaps_with_angles(scene, y, gaps(scene.mechanism, pose))
+    pose = machine.pose_at(scene.mechanism, y)
+    joint_gaps = gaps_with_angles(scene, y, machine.gaps(scene.mechanism, pose))
     state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_with_mass(scene, pose, joint_gaps, state)
     loads = loads_of(joints, joint_gaps, state)
     scene = with_friction_states(scene, y)
     loads = with_sticking_forces(scene, y, pose, joint_gaps, loads, mode)
-    return pose, joint_gaps, loads, accelerate(scene.mechanism, pose, loads)
+    return pose, joint_gaps, loads, machine.accelerate(scene.mechanism, pose, loads)
 
 
 @inlined
@@ -152,7 +122,7 @@ def _put_contacts(loads, o, row, is_converged):
     contacts = _contacts_of(loads)
     for c, contact in enumerate(contacts):
         dissipated = power_lost(contact)
-        observed_contact = Observed(
+        observed_contact = observe.Observed(
             normal=contact.normal,
             stored=power_stored(contact),
             lost=dissipated,
@@ -163,8 +133,10 @@ def _put_contacts(loads, o, row, is_converged):
             rate=contact.rate,
             guard_quantity=guard_quantity(contact),
         )
-        write_contact_observables(o, row, c, observed_contact)
-        for column, number in enumerate(extra_observables(contact, is_converged), film_column(len(contacts), c, 0)):
+        observe.write_contact_observables(o, row, c, observed_contact)
+        for column, number in enumerate(
+            extra_observables(contact, is_converged), observe.film_column(len(contacts), c, 0)
+        ):
             o[column, row] = number
 
 
@@ -199,13 +171,13 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
         put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
         put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
-        o[KAPPA, row] = kappa
-        o[DRIVE, row] = motion.torque * crank_rate(scene.mechanism, pose, scene.reference_rate)
-        o[KINETIC, row], external_power = energy(scene.mechanism, pose)
-        o[GRAVITY, row] = external_power + load_power(scene.mechanism, motion)
-        o[ACCELERATION, row] = motion.output
-        o[TORQUE, row] = motion.torque
-        powers, film_columns = friction_powers(scene.mechanism, motion), observable_count(scene.joints)
+        o[observe.KAPPA, row] = kappa
+        o[observe.DRIVE, row] = motion.torque * machine.crank_rate(scene.mechanism, pose, scene.reference_rate)
+        o[observe.KINETIC, row], external_power = machine.energy(scene.mechanism, pose)
+        o[observe.GRAVITY, row] = external_power + machine.load_power(scene.mechanism, motion)
+        o[observe.ACCELERATION, row] = motion.output
+        o[observe.TORQUE, row] = motion.torque
+        powers, film_columns = machine.friction_powers(scene.mechanism, motion), observable_count(scene.joints)
         for i in range(len(powers)):
             o[film_columns + i, row] = powers[i]
         _put_contacts(loads, o, row, is_converged)
@@ -215,7 +187,7 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
 @inlined
 def put_error(scene, pose, o, row):
     """Write the output error at a `pose`; it comes from a table and is used only at the ends of steps."""
-    o[ERROR, row], o[ERROR_RATE, row] = output_error(scene.mechanism, pose)
+    o[observe.ERROR, row], o[observe.ERROR_RATE, row] = machine.output_error(scene.mechanism, pose)
 
 
 @inlined
@@ -246,21 +218,21 @@ def observed_width(scene):
 @inlined
 def scene_signal_count(scene):
     """Return the number of signals: of vibration, then of links that bend."""
-    return signal_count(scene.shaking) + link_signal_count(scene.mechanism)
+    return machine.signal_count(scene.shaking) + machine.link_signal_count(scene.mechanism)
 
 
 @inlined
 def put_link_signals(scene, pose, loads, motion, o, row):
     """Write the signals of links that bend to row `row` of `o`."""
-    signals, column = link_signals(scene.mechanism, pose, loads, motion), first_signal(scene)
+    signals, column = machine.link_signals(scene.mechanism, pose, loads, motion), first_signal(scene)
     for i in range(len(signals)):
-        o[column + signal_count(scene.shaking) + i, row] = signals[i]
+        o[column + machine.signal_count(scene.shaking) + i, row] = signals[i]
 
 
 @inlined
 def first_signal(scene):
     """Return the column of the first signal of vibration among the observables."""
-    return observable_count(scene.joints) + len(friction_laws(scene.mechanism))
+    return observable_count(scene.joints) + len(machine.friction_laws(scene.mechanism))
 
 
 @inlined
@@ -331,8 +303,8 @@ CHANNELS = (
     POINT_CHANNELS,
     ROLLING_CHANNELS,
     ELEMENT_CHANNELS,
-    FRAME_CHANNELS,
-    PLACE_CHANNELS,
+    machine.FRAME_CHANNELS,
+    machine.PLACE_CHANNELS,
 )
 
 
@@ -344,14 +316,14 @@ def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     journal_sides, y = shaped(journal_sides, (contacts,)), shaped(y, (n,))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     pose, joint_gaps, loads, motion = evaluate_motion(parameters, y, mode, latched)
-    first, histories = describe(parameters.mechanism, y, pose, motion, values), ()
+    first, histories = machine.describe(parameters.mechanism, y, pose, motion, values), ()
     for i, (joint, offsets) in enumerate(zip(parameters.joints, offsets_of(parameters.joints, 0), strict=True)):
         of_gap = gap_histories(joint, joint_gaps[i], journal_sides[offsets.contact])
         histories = (*histories, *of_gap, *load_histories(joint, loads[i]), *extra_channels(loads[i].contacts[0]))
     for column, number in enumerate(histories, first):
         values[column] = number
     if parameters.shaking:
-        histories = vibration_histories(parameters, y, pose, motion)
+        histories = machine.vibration_histories(parameters, y, pose, motion)
         for i in range(len(histories)):
             values[channels - len(histories) + i] = histories[i]
 
@@ -370,9 +342,9 @@ def samples_of(scene, parameters) -> Entry:
 
 
 @inlined
-def loads_of(joints, gaps, state):
+def loads_of(joints, joint_gaps, state):
     """Return a Load for each joint of the tuple `joints`, with their Gaps."""
-    items = list(zip(joints, gaps, offsets_of(joints, state.roots), strict=True))
+    items = list(zip(joints, joint_gaps, offsets_of(joints, state.roots), strict=True))
     return tuple([load(joint, gap, offsets, state) for joint, gap, offsets in items])
 
 

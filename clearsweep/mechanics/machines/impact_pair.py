@@ -6,18 +6,7 @@ import numpy as np
 
 from ...contracts.catalogue import CHOICE, CONDITION, Channel, Field, JointSite, Keys, Mechanism
 from ..joints.dry import Gap
-from .contract import (
-    Built,
-    Motion,
-    accelerate,
-    body_angles,
-    describe,
-    energy,
-    gaps,
-    impact_masses,
-    output_error,
-    pose_at,
-)
+from . import contract
 
 
 class ImpactPair(NamedTuple):
@@ -33,12 +22,12 @@ class Pose(NamedTuple):
     v: float  # m/s
 
 
-def build(bodies, drive, joints, offsets) -> Built:
+def build(bodies, drive, joints, offsets) -> contract.Built:
     """Return the pair centred in its gap, approaching."""
     first_mass, second_mass, speed = bodies["masses.0"], bodies["masses.1"], bodies["speed"]
     clearance = joints["pair"].clearance
     start = np.array([offsets["pair"][0], speed, 0.0])
-    return Built(
+    return contract.Built(
         ImpactPair(first_mass * second_mass / (first_mass + second_mass)),
         start,
         np.ones(1),
@@ -75,22 +64,22 @@ MECHANISM = Mechanism(
 )
 
 
-pose_at.member(ImpactPair)(lambda mechanism, y: Pose(y[0], y[1]))
-gaps.member(ImpactPair)(lambda mechanism, pose: (Gap(pose.x, 0.0, pose.v, 0.0, 0.0, 0.0),))
+contract.pose_at.member(ImpactPair)(lambda mechanism, y: Pose(y[0], y[1]))
+contract.gaps.member(ImpactPair)(lambda mechanism, pose: (Gap(pose.x, 0.0, pose.v, 0.0, 0.0, 0.0),))
 
 
-@accelerate.member(ImpactPair)
+@contract.accelerate.member(ImpactPair)
 def _accelerate_impact_pair(mechanism, pose, loads):
-    return Motion((loads[0].fx * (1.0 / mechanism.mass),), 0.0, 0.0)
+    return contract.Motion((loads[0].fx * (1.0 / mechanism.mass),), 0.0, 0.0)
 
 
-impact_masses.member(ImpactPair)(lambda mechanism, pose, joint_gaps: (mechanism.mass,))
-energy.member(ImpactPair)(lambda mechanism, pose: (0.5 * mechanism.mass * pose.v * pose.v, 0.0))
-body_angles.member(ImpactPair)(lambda mechanism, y: ((0.0, 0.0),))
-output_error.member(ImpactPair)(lambda mechanism, pose: (0.0, 0.0))
+contract.impact_masses.member(ImpactPair)(lambda mechanism, pose, joint_gaps: (mechanism.mass,))
+contract.energy.member(ImpactPair)(lambda mechanism, pose: (0.5 * mechanism.mass * pose.v * pose.v, 0.0))
+contract.body_angles.member(ImpactPair)(lambda mechanism, y: ((0.0, 0.0),))
+contract.output_error.member(ImpactPair)(lambda mechanism, pose: (0.0, 0.0))
 
 
-@describe.member(ImpactPair)
+@contract.describe.member(ImpactPair)
 def _describe_impact_pair(mechanism, y, pose, motion, out):
     out[0], out[1], out[2] = y[2], pose.x, pose.v
     return 3

@@ -22,24 +22,7 @@ from . import described
 from .described import mounts_of, vibration_keys
 from .drives import make_drive, with_visited_angles
 from .loads import LoadPoints, make_loads
-from .spatial.build import (
-    CYLINDRICAL,
-    REVOLUTE,
-    SPATIAL_FLAG,
-    SPHERICAL,
-    Assembly,
-    MechanismBuilder,
-    Solid,
-    along_axes,
-    body_channels,
-    gravity_keys,
-    planar_bodies_and_loads,
-    planar_machine_of,
-    site_kind_of,
-    speed_keys,
-    vector_at,
-)
-from .spatial.build import refusal as spatial_refusal
+from .spatial import build as spatial
 
 # ---------------------------------------------------------------------------------------------- in space
 
@@ -52,7 +35,7 @@ _IDEAL = (
 
 
 def _center() -> tuple[Field, ...]:
-    along_rod, *other_axes = along_axes("m", "centre of mass from the first pin")
+    along_rod, *other_axes = spatial.along_axes("m", "centre of mass from the first pin")
     return along_rod._replace(default=None, optional=True), *other_axes
 
 
@@ -60,7 +43,12 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     mass = Field("mass", "kg", "mass of the body")
     inertia_text = "principal moments of inertia about the centre of mass, along the axes of the body frame"
     pin_choices = tuple(
-        Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
+        Choice(
+            name,
+            (spatial.SPHERICAL, spatial.CYLINDRICAL, spatial.REVOLUTE),
+            "type of this pin without clearance",
+            spatial.REVOLUTE,
+        )
         for name in PINS
         if name not in outline.clearances
     )
@@ -68,7 +56,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         "position of the centre of mass relative to the first pin; a single quantity is a distance along the line of "
         "the pins; default: half the length"
     )
-    inertia = along_axes("kg*m^2", "inertia", 0.0, None)
+    inertia = spatial.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
         Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False)), role=CHOICE),
         Keys("mechanism.crank.inertia", inertia_text, inertia, scalar_factors=(1, 1, 1), role=CHOICE),
@@ -82,10 +70,10 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         ),
         Keys("mechanism.rod.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0), role=CHOICE),
         Keys("mechanism.slider", "the slider", (mass,), role=CHOICE),
-        Keys("mechanism", "", flags=(SPATIAL_FLAG,)),
-        gravity_keys(),
+        Keys("mechanism", "", flags=(spatial.SPATIAL_FLAG,)),
+        spatial.gravity_keys(),
         Keys("mechanism.ideal", _IDEAL, words=pin_choices, need="implied"),
-        speed_keys(),
+        spatial.speed_keys(),
         *vibration_keys(outline, _BODIES),
     )
 
@@ -95,29 +83,29 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
     assert planar_mechanism.output is not None  # the slider
     return planar_mechanism._replace(
         joints=(
-            JointSite(PINS[0], "crank", "rod", site_kind_of(outline, PINS[0])),
-            JointSite(PINS[1], "rod", "slider", site_kind_of(outline, PINS[1]), journal="rod"),
+            JointSite(PINS[0], "crank", "rod", spatial.site_kind_of(outline, PINS[0])),
+            JointSite(PINS[1], "rod", "slider", spatial.site_kind_of(outline, PINS[1]), journal="rod"),
         ),
         keys=_keys(outline),
         channels=(
             *described.channels_of(("crank",), planar_mechanism.output, ("place", "v", "a"))[:5],
-            *body_channels(("crank", "rod", "slider")),
+            *spatial.body_channels(("crank", "rod", "slider")),
         ),
-        build=MechanismBuilder(_assembly, outline),
-        machine=planar_machine_of(_assembly),
+        build=spatial.MechanismBuilder(_assembly, outline),
+        machine=spatial.planar_machine_of(_assembly),
         refusal=refusal,
         length=outline.length,
         spatial=True,
     )
 
 
-def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
+def _assembly(outline: Outline, values: Mapping, speed: float) -> spatial.Assembly:
     """Return the spatial machine of a case."""
     no_vector = (0.0, 0.0, 0.0)
     solids = {
-        "ground": Solid(0.0, no_vector, no_vector, {"pivot": no_vector}),
+        "ground": spatial.Solid(0.0, no_vector, no_vector, {"pivot": no_vector}),
         **{name: _solid_link(values, name) for name in ("crank", "rod")},
-        "slider": Solid(values["slider.mass"], no_vector, no_vector, {"pin": no_vector}),
+        "slider": spatial.Solid(values["slider.mass"], no_vector, no_vector, {"pin": no_vector}),
     }
     joints = (
         Pin("ground-crank", BodyPoint("ground", "pivot"), BodyPoint("crank", "near")),
@@ -125,30 +113,33 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
         Pin("rod-slider", BodyPoint("rod", "far"), BodyPoint("slider", "pin")),
         Guide("slider-ground", BodyPoint("ground", "pivot"), BodyPoint("slider", "pin"), 0.0),
     )
-    gravity, aim = vector_at(values, "gravity"), Aim("slider", "pin", 0.0)
-    bodies, loads = planar_bodies_and_loads(solids, gravity)
+    gravity, aim = spatial.vector_at(values, "gravity"), Aim("slider", "pin", 0.0)
+    bodies, loads = spatial.planar_bodies_and_loads(solids, gravity)
     machine = Machine(bodies, joints, "ground-crank", Constant(speed), -gravity[1], aim, {}, loads)
     ideal = {name: values[f"ideal.{name}"] for name in PINS if f"ideal.{name}" in values}
-    return Assembly(machine, solids, ideal, gravity, dict.fromkeys(PINS, "rod"))
+    return spatial.Assembly(machine, solids, ideal, gravity, dict.fromkeys(PINS, "rod"))
 
 
-def _solid_link(values: Mapping, name: str) -> Solid:
+def _solid_link(values: Mapping, name: str) -> spatial.Solid:
     points = {"near": (0.0, 0.0, 0.0), "far": (values[f"{name}.length"], 0.0, 0.0)}
-    return Solid(
-        values[f"{name}.mass"], vector_at(values, f"{name}.inertia"), vector_at(values, f"{name}.center"), points
+    return spatial.Solid(
+        values[f"{name}.mass"],
+        spatial.vector_at(values, f"{name}.inertia"),
+        spatial.vector_at(values, f"{name}.center"),
+        points,
     )
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     """Return the path below `mechanism` at fault, and a sentence, if a case's rod is impossible or cannot tilt."""
     for name in PINS:
-        if case.mechanism.values.get(f"ideal.{name}") == REVOLUTE:
+        if case.mechanism.values.get(f"ideal.{name}") == spatial.REVOLUTE:
             return "ideal", (
                 f"{name} is a revolute joint, as ground-crank is; two revolute joints forbid the rod every tilt and "
                 f"shift, so that it moves as in the plane; write ideal: {{{name}: spherical}} or cylindrical, or leave "
                 "`spatial` out"
             )
-    return spatial_refusal(mechanism, case)
+    return spatial.refusal(mechanism, case)
 
 
 # ---------------------------------------------------------------------------------------------- in the plane
@@ -198,7 +189,7 @@ def _planar_keys(outline: Outline) -> tuple[Keys, ...]:
         *described.elastic_keys("mechanism.rod", outline),
         Keys("mechanism.slider", "the slider", _SLIDER, role=CHOICE),
         described.gravity_section(outline),
-        Keys("mechanism", "", flags=(SPATIAL_FLAG,), role=CHOICE),
+        Keys("mechanism", "", flags=(spatial.SPATIAL_FLAG,), role=CHOICE),
     )
 
 

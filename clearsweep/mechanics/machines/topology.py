@@ -24,24 +24,7 @@ from .described import joint_keys, joint_of, mounts_of, output_keys, pair_at, vi
 from .drives import make_drive, with_visited_angles
 from .gears import FLANKED, mesh_of, stops_of
 from .loads import LoadPoints, make_loads
-from .spatial.build import (
-    CYLINDRICAL,
-    REVOLUTE,
-    SPATIAL_FLAG,
-    SPHERICAL,
-    Assembly,
-    MechanismBuilder,
-    Solid,
-    along_axes,
-    body_channels,
-    gravity_keys,
-    planar_bodies_and_loads,
-    planar_machine_of,
-    site_of,
-    speed_keys,
-    vector_at,
-)
-from .spatial.build import refusal as spatial_refusal
+from .spatial import build as spatial
 
 DRIVEN_TEXT = "the revolute joint that the drive turns; it connects the ground and the crank, or a wheel of its own"
 
@@ -52,14 +35,19 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
     pins = tuple(joint.name for joint in outline.joints if joint.type != "prismatic")
     endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     pin_choices = tuple(
-        Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
+        Choice(
+            name,
+            (spatial.SPHERICAL, spatial.CYLINDRICAL, spatial.REVOLUTE),
+            "type of this pin without clearance",
+            spatial.REVOLUTE,
+        )
         for name in pins
         if name not in outline.clearances
     )
     driven = Choice("driven", pins, DRIVEN_TEXT)
     keys = [
-        Keys("mechanism", "", words=(driven,), flags=(SPATIAL_FLAG,)),
-        gravity_keys(),
+        Keys("mechanism", "", words=(driven,), flags=(spatial.SPATIAL_FLAG,)),
+        spatial.gravity_keys(),
         Keys("mechanism.bodies", "the bodies by name, `ground` among them; their frames are as in the plane"),
     ]
     for body in outline.bodies:
@@ -76,11 +64,11 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
         if not is_fixed:
             inertia_text = "principal moments of inertia about the centre of mass, along the axes of the body frame"
             keys += [
-                Keys(f"{path}.inertia", inertia_text, along_axes("kg*m^2", "inertia", 0.0, None), role=CHOICE),
+                Keys(f"{path}.inertia", inertia_text, spatial.along_axes("kg*m^2", "inertia", 0.0, None), role=CHOICE),
                 Keys(
                     f"{path}.center",
                     "centre of mass in the frame of the body",
-                    along_axes("m", "of its frame"),
+                    spatial.along_axes("m", "of its frame"),
                     "implied",
                     role=CHOICE,
                 ),
@@ -90,7 +78,7 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
             Keys(
                 f"{path}.points.{point}",
                 "position of the point in the frame of its body; z is along the pins",
-                along_axes("m", "of the body's frame", default=None),
+                spatial.along_axes("m", "of the body's frame", default=None),
                 role=CHOICE,
             )
             for point in body.points
@@ -104,7 +92,7 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
     )
     keys.append(Keys("mechanism.ideal", text, words=pin_choices, need="implied"))
     keys += output_keys(outline)
-    keys.append(speed_keys())
+    keys.append(spatial.speed_keys())
     return (*keys, *vibration_keys(outline, (body.name for body in outline.bodies)))
 
 
@@ -116,15 +104,15 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
     torque = "crank/torque" if "crank" in moving_names else "drive/torque"
     return planar_mechanism._replace(
         bodies=tuple(body.name for body in outline.bodies),
-        joints=tuple(site_of(outline, joint) for joint in outline.joints if joint.type != "prismatic"),
+        joints=tuple(spatial.site_of(outline, joint) for joint in outline.joints if joint.type != "prismatic"),
         keys=_keys_in_space(outline),
         channels=(
             *(channel._replace(name=torque) if "torque" in channel.name else channel for channel in output_channels),
-            *body_channels(moving_names),
+            *spatial.body_channels(moving_names),
         ),
         output=output,
-        build=MechanismBuilder(_assembly, outline),
-        machine=planar_machine_of(_assembly),
+        build=spatial.MechanismBuilder(_assembly, outline),
+        machine=spatial.planar_machine_of(_assembly),
         refusal=refusal,
         length=outline.length,
         spatial=True,
@@ -134,28 +122,28 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
 # ---------------------------------------------------------------------------------------------- a case
 
 
-def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
+def _assembly(outline: Outline, values: Mapping, speed: float) -> spatial.Assembly:
     """Return the spatial machine of a case."""
     solids, no_vector = {}, (0.0, 0.0, 0.0)
     for body in outline.bodies:
         prefix = f"bodies.{body.name}"
-        points = {point: vector_at(values, f"{prefix}.points.{point}") for point in body.points}
+        points = {point: spatial.vector_at(values, f"{prefix}.points.{point}") for point in body.points}
         inertial = (0.0, no_vector, no_vector)
         if body.name != GROUND:
             inertial = (
                 values[f"{prefix}.mass"],
-                vector_at(values, f"{prefix}.inertia"),
-                vector_at(values, f"{prefix}.center"),
+                spatial.vector_at(values, f"{prefix}.inertia"),
+                spatial.vector_at(values, f"{prefix}.center"),
             )
-        solids[body.name] = Solid(*inertial, points)
+        solids[body.name] = spatial.Solid(*inertial, points)
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
-    gravity = vector_at(values, "gravity")
-    bodies, loads = planar_bodies_and_loads(solids, gravity)
+    gravity = spatial.vector_at(values, "gravity")
+    bodies, loads = spatial.planar_bodies_and_loads(solids, gravity)
     machine = Machine(bodies, joints, values["driven"], Constant(speed), -gravity[1], aim, start, loads)
     journals = {joint.name: joint.journal or joint.bodies[1] for joint in outline.joints}
-    return Assembly(machine, solids, _freedom_of_pins(outline, values), gravity, journals)
+    return spatial.Assembly(machine, solids, _freedom_of_pins(outline, values), gravity, journals)
 
 
 def _freedom_of_pins(outline: Outline, values: Mapping) -> dict[str, str]:
@@ -166,9 +154,9 @@ def _freedom_of_pins(outline: Outline, values: Mapping) -> dict[str, str]:
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     """Return the path below `mechanism` at fault, and a sentence, if a case's machine is impossible in space."""
     driven, freedom = case.mechanism.values["driven"], _freedom_of_pins(case.outline, case.mechanism.values)
-    if freedom.get(driven, REVOLUTE) != REVOLUTE:
+    if freedom.get(driven, spatial.REVOLUTE) != spatial.REVOLUTE:
         return f"ideal.{driven}", f"is {freedom[driven]}, but the drive turns a revolute joint; leave it out"
-    return spatial_refusal(mechanism, case)
+    return spatial.refusal(mechanism, case)
 
 
 # ---------------------------------------------------------------------------------------------- in the plane
@@ -230,7 +218,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
     pins = tuple(joint.name for joint in outline.joints if joint.type in ("revolute", ANY))
     driven = Choice("driven", pins, DRIVEN_TEXT)
     yield described.gravity_section(outline)
-    yield Keys("mechanism", "", words=(driven,), flags=(SPATIAL_FLAG,), role=CHOICE)
+    yield Keys("mechanism", "", words=(driven,), flags=(spatial.SPATIAL_FLAG,), role=CHOICE)
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
     for body in outline.bodies:
         path = f"mechanism.bodies.{body.name}"

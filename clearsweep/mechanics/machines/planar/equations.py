@@ -7,28 +7,7 @@ from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from ...joints.dry import Gap
 from ...joints.guide import GuideGap
 from ...joints.mesh import MeshGap
-from ..contract import (
-    BodyMotion,
-    accelerate,
-    body_angles,
-    body_motions,
-    crank_rate,
-    describe,
-    energy,
-    friction_laws,
-    friction_powers,
-    friction_slips,
-    gaps,
-    gravity_of,
-    impact_masses,
-    link_signal_count,
-    link_signals,
-    load_power,
-    load_resultants,
-    output_error,
-    pose_at,
-    with_friction_laws,
-)
+from .. import contract
 from ..programs import PlaneVector, generated, kinds_of, vector_sum
 from .dynamics import impact_masses_of, link_signals_of, motion_of
 from .form import STATIONS, Planar, evaluate_cycle
@@ -41,7 +20,7 @@ from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
 # ---------------------------------------------------------------------------------------------- observables
 
 
-@gaps.member(Planar)
+@contract.gaps.member(Planar)
 @generated(machine_type)
 def gaps_of(machine: MachineType) -> Program:
     """Return the program of `contract.gaps`."""
@@ -98,7 +77,7 @@ def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
     return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis), *rates)
 
 
-@energy.member(Planar)
+@contract.energy.member(Planar)
 @generated(machine_type)
 def energy_of(machine: MachineType) -> Program:
     """Return the program of `contract.energy`."""
@@ -131,7 +110,7 @@ def energy_of(machine: MachineType) -> Program:
     return bodies.program.returns((kinetic, sum_of([*power, *bending_power])))
 
 
-@body_motions.member(Planar)
+@contract.body_motions.member(Planar)
 @generated(machine_type)
 def body_motions_of(machine: MachineType) -> Program:
     """Return the program of `contract.body_motions`."""
@@ -148,11 +127,11 @@ def body_motions_of(machine: MachineType) -> Program:
             momentum = sum_of([*momenta, -(mass * mean_position.cross(velocity))])
         place = (*position, *velocity)
         weighs = ZERO if body in machine.housings else ONE
-        motions.append(BodyMotion(mass, momentum, *place, *(spin * axis.left()), *(-(spin * axis)), weighs))
+        motions.append(contract.BodyMotion(mass, momentum, *place, *(spin * axis.left()), *(-(spin * axis)), weighs))
     return bodies.program.returns(tuple(motions))
 
 
-@load_resultants.member(Planar)
+@contract.load_resultants.member(Planar)
 @generated(machine_type)
 def load_resultants_of(machine: MachineType) -> Program:
     """Return the program of `contract.load_resultants`."""
@@ -248,28 +227,28 @@ def _output_motion(bodies: Bodies) -> tuple[Expr, Expr]:
 # ---------------------------------------------------------------------------------------------- members of families
 
 
-pose_at.member(Planar)(pose_of)
-impact_masses.member(Planar)(impact_masses_of)
-crank_rate.member(Planar)(lambda mechanism, pose, nominal: crank_rate_of(mechanism, pose))
-gravity_of.member(Planar)(lambda mechanism: (0.0, -mechanism.gravity))
-body_angles.member(Planar)(lambda mechanism, y: body_angles_of(mechanism, pose_of(mechanism, y)))
-friction_slips.member(Planar)(lambda mechanism, motion: friction_slips_of(motion))
-friction_powers.member(Planar)(lambda mechanism, motion: friction_powers_of(motion))
+contract.pose_at.member(Planar)(pose_of)
+contract.impact_masses.member(Planar)(impact_masses_of)
+contract.crank_rate.member(Planar)(lambda mechanism, pose, nominal: crank_rate_of(mechanism, pose))
+contract.gravity_of.member(Planar)(lambda mechanism: (0.0, -mechanism.gravity))
+contract.body_angles.member(Planar)(lambda mechanism, y: body_angles_of(mechanism, pose_of(mechanism, y)))
+contract.friction_slips.member(Planar)(lambda mechanism, motion: friction_slips_of(motion))
+contract.friction_powers.member(Planar)(lambda mechanism, motion: friction_powers_of(motion))
 
 
-@accelerate.member(Planar)
+@contract.accelerate.member(Planar)
 def _accelerate_planar(mechanism, pose, loads):
-    if friction_laws(mechanism):
+    if contract.friction_laws(mechanism):
         return accelerate_with_friction(mechanism, pose, loads)
     return motion_of(mechanism, pose, loads)
 
 
-@link_signals.member(Planar)
+@contract.link_signals.member(Planar)
 def _link_signals_planar(mechanism, pose, loads, motion):
-    return link_signals_of(mechanism, pose, loads, motion) if link_signal_count(mechanism) else ()
+    return link_signals_of(mechanism, pose, loads, motion) if contract.link_signal_count(mechanism) else ()
 
 
-@link_signal_count.member(Planar)
+@contract.link_signal_count.member(Planar)
 @known
 def _link_signal_count_planar(mechanism):
     machine = machine_type(kinds_of(mechanism))
@@ -277,7 +256,7 @@ def _link_signal_count_planar(mechanism):
     return 1 + count if count else 0
 
 
-@load_power.member(Planar)
+@contract.load_power.member(Planar)
 def _load_power_planar(mechanism, motion):
     powers = friction_powers_of(motion)
     total = powers[0] if powers else 0.0
@@ -286,13 +265,13 @@ def _load_power_planar(mechanism, motion):
     return total
 
 
-@friction_laws.member(Planar)
+@contract.friction_laws.member(Planar)
 @known
 def _friction_laws_planar(mechanism):
     return tuple(load.friction for load in mechanism.loads if isinstance(load, FRICTION_LOADS))
 
 
-@with_friction_laws.member(Planar)
+@contract.with_friction_laws.member(Planar)
 @known
 def _with_friction_laws_planar(mechanism, laws):
     remaining = iter(laws)
@@ -303,14 +282,14 @@ def _with_friction_laws_planar(mechanism, laws):
     return mechanism._replace(loads=tuple(loads))
 
 
-@output_error.member(Planar)
+@contract.output_error.member(Planar)
 def _output_error_planar(mechanism, pose):
     output, output_rate, angle, rate = output_and_crank_of(mechanism, pose)
     ideal_output, slope = evaluate_cycle(mechanism.cycle, 0, angle)
     return output - ideal_output, output_rate - slope * rate
 
 
-@describe.member(Planar)
+@contract.describe.member(Planar)
 def _describe_planar(mechanism, y, pose, motion, out):
     values = histories_of(mechanism, pose, motion)
     for i in range(len(values)):

@@ -10,18 +10,7 @@ from typing import NamedTuple
 
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ....tracing.compiled.vector import Vector, quaternion_accelerations, to_fixed_frame
-from ..contract import (
-    Motion,
-    accelerate,
-    body_angles,
-    body_motions,
-    describe,
-    energy,
-    gaps,
-    gravity_of,
-    output_error,
-    pose_at,
-)
+from .. import contract
 from ..planar.form import evaluate_cycle
 from ..programs import LDL, generated
 from .form import (
@@ -274,29 +263,31 @@ def motion_of(tree: MachineType) -> Program:
     solution = LDL(speeds, dynamics.entry).solve({u: dynamics.generalised(u) for u in speeds})
     inertia_terms = [dynamics.entry(dynamics.known, u) * solution[u] for u in speeds]
     torque = sum_of([*inertia_terms, -dynamics.generalised(dynamics.known)])
-    return dynamics.program.returns(Motion(tuple(dynamics.coordinates(solution)), dynamics.output(solution), torque))
+    return dynamics.program.returns(
+        contract.Motion(tuple(dynamics.coordinates(solution)), dynamics.output(solution), torque)
+    )
 
 
 # ---------------------------------------------------------------------------------------------- members of families
 
 
-pose_at.member(Tree)(pose_of)
-gaps.member(Tree)(gaps_of)
-accelerate.member(Tree)(motion_of)
-energy.member(Tree)(energy_of)
-body_motions.member(Tree)(body_motions_of)
-gravity_of.member(Tree)(lambda mechanism: (mechanism.gravity.x, mechanism.gravity.y))
-body_angles.member(Tree)(lambda mechanism, y: bearing_axes_of(mechanism, pose_of(mechanism, y)))
+contract.pose_at.member(Tree)(pose_of)
+contract.gaps.member(Tree)(gaps_of)
+contract.accelerate.member(Tree)(motion_of)
+contract.energy.member(Tree)(energy_of)
+contract.body_motions.member(Tree)(body_motions_of)
+contract.gravity_of.member(Tree)(lambda mechanism: (mechanism.gravity.x, mechanism.gravity.y))
+contract.body_angles.member(Tree)(lambda mechanism, y: bearing_axes_of(mechanism, pose_of(mechanism, y)))
 
 
-@output_error.member(Tree)
+@contract.output_error.member(Tree)
 def _output_error_tree(mechanism, pose):
     output, output_rate = output_of(mechanism, pose)
     ideal_output, slope = evaluate_cycle(mechanism.cycle, 0, pose.angle)
     return output - ideal_output, output_rate - slope * mechanism.speed
 
 
-@describe.member(Tree)
+@contract.describe.member(Tree)
 def _describe_tree(mechanism, y, pose, motion, out):
     values = histories_of(mechanism, pose, y, motion)
     for i in range(len(values)):
