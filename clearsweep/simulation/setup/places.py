@@ -22,7 +22,7 @@ from ...mechanics.joints.worn import with_body_angles
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
-from ...mechanics.machines.spatial import initial_seats
+from ...mechanics.machines.spatial.build import initial_seats
 
 BRANCHES = ("carried", "random")  # starts that are placed here
 

@@ -17,35 +17,3 @@ from .form import STATIONS, as_empty_tuples, first_rate, line_of, problem_of_lin
 from .ideal import ideal_of, machine_key, rival_assembly, slot_travel
 from .reactions import levers, levers_of_support
 from .stations import AlwaysEqual, without_forces
-
-__all__ = [
-    "STATIONS",
-    "AlwaysEqual",
-    "ClosureError",
-    "MachineStates",
-    "MobilityError",
-    "as_empty_tuples",
-    "build",
-    "channels",
-    "crank_speed",
-    "direction_of",
-    "discontinuity_times",
-    "first_rate",
-    "ideal",
-    "ideal_form",
-    "ideal_of",
-    "ideal_reactions",
-    "levers",
-    "levers_of_support",
-    "line_of",
-    "machine_key",
-    "motion_at",
-    "motion_table",
-    "mount_channels",
-    "passage_time",
-    "problem_of_links",
-    "rival_assembly",
-    "slot_travel",
-    "with_segments",
-    "without_forces",
-]

@@ -4,7 +4,3 @@ A body is attached to the ground or to another body by a joint without clearance
 all loops are opened by clearances there are no constraints, so there are as many coordinates as degrees of freedom,
 except for the length of quaternions.
 """
-
-from .build import SpanningTreeError, build, initial_seats, spanning_tree
-
-__all__ = ["SpanningTreeError", "build", "initial_seats", "spanning_tree"]
