@@ -174,9 +174,8 @@ def some_loads(count, rng):
 
 def read(built, y):
     """Return positions and rates (3 bodies,) of all bodies in a state, in the order of `Closure`."""
-    pose, out = pose_at(built.value, y), np.zeros(200)
-    count = describe(built.value, y, pose, Motion((), 0.0, 0.0), out)
-    bodies = out[6:count].reshape(-1, 6)
+    histories = describe(built.value, y, pose_at(built.value, y), Motion((), 0.0, 0.0))
+    bodies = np.reshape(histories[6:], (-1, 6))
     return bodies[:, (0, 1, 4)].ravel(), bodies[:, (2, 3, 5)].ravel()
 
 

@@ -133,9 +133,7 @@ def expected(opening, q, v, theta, loads):
 
 def seen(mechanism, y, opening, motion):
     """Return coordinates and rates as `positions` has them, from what a machine says of its bodies."""
-    out = np.empty(24)
-    describe(mechanism, y, pose_at(mechanism, y), motion, out)
-    crank, rod, slider = out[6:12], out[12:18], out[18:24]
+    crank, rod, slider = np.reshape(describe(mechanism, y, pose_at(mechanism, y), motion)[6:], (3, 6))
     l1, turned = LINKS.crank_center, (np.cos(crank[4]), np.sin(crank[4]))
     pivot = crank[:2] - l1 * np.array(turned)
     swept = crank[2:4] - l1 * crank[5] * np.array([-turned[1], turned[0]])

@@ -73,8 +73,8 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     k = shaped(k, (n, ROW_COUNT))
     pose, loads, motion = rates(parameters, y, mode, latched, k, o, row, row < FIRST_IMPLICIT_ROW)
-    if scene_signal_count(parameters):
-        put_signals_of_node(parameters, y, pose, loads, motion, o, row)
+    if scene_signal_count(parameters) and row != SCRATCH:  # that only the search for a peak needs
+        _put_all_signals(parameters, y, pose, loads, motion, o, row)
     put_error(parameters, pose_at(parameters.mechanism, y), o, row)
 
 
@@ -180,19 +180,16 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     o = shaped(o, (observed_width(parameters), ROW_COUNT))
     for i in lane_range(STAGES):
         pose, loads, motion = rates(parameters, nodes[:, i], mode, latched, None, o, i)
-        if parameters.shaking:
-            put_signals(parameters, nodes[:, i], pose, motion, o, i, first_signal(parameters))
-        put_link_signals(parameters, pose, loads, motion, o, i)
+        _put_all_signals(parameters, nodes[:, i], pose, loads, motion, o, i)
     put_error(parameters, pose_at(parameters.mechanism, nodes[:, END]), o, END)
 
 
 @inlined
-def put_signals_of_node(scene, y, pose, loads, motion, o, row):
-    """Write the signals to a row of `o`, unless the state is one that only the search for a peak needs."""
-    if row != SCRATCH:
-        if scene.shaking:
-            put_signals(scene, y, pose, motion, o, row, first_signal(scene))
-        put_link_signals(scene, pose, loads, motion, o, row)
+def _put_all_signals(scene, y, pose, loads, motion, o, row):
+    """Write the signals to a row of `o`."""
+    if scene.shaking:
+        put_signals(scene, y, pose, motion, o, row, first_signal(scene))
+    put_link_signals(scene, pose, loads, motion, o, row)
 
 
 def rates_of(scene, parameters) -> Entry:

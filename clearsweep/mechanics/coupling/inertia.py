@@ -64,8 +64,11 @@ def _joints_with(joints, masses):
     return tuple([_with_mass(joint, mass) for joint, mass in zip(joints, masses, strict=True)])
 
 
-@inlined
-def _joints_with_needed_mass(scene, pose, joint_gaps, state):
+@kernel
+def joints_with_mass(scene, pose, joint_gaps, state):
+    """Return the joints of a scene; laws that need the effective mass in this JointState and pose get it."""
+    if not _may_need_mass(scene.joints):
+        return scene.joints
     is_needed = False
     for joint, offsets in zip(scene.joints, offsets_of(scene.joints, state.roots), strict=True):
         is_needed = is_needed | _law_needs_mass(joint, offsets, state)
@@ -75,22 +78,13 @@ def _joints_with_needed_mass(scene, pose, joint_gaps, state):
     return _joints_with(scene.joints, [as_type_of(mass, gap.x) for mass, gap in masses])
 
 
-@inlined
-def _joints_at_event(scene, y):
-    pose = pose_at(scene.mechanism, y)
-    return _joints_with(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)))
-
-
-@kernel
-def joints_with_mass(scene, pose, joint_gaps, state):
-    """Return the joints of a scene; laws that need the effective mass in this JointState and pose get it."""
-    return _joints_with_needed_mass(scene, pose, joint_gaps, state) if _may_need_mass(scene.joints) else scene.joints
-
-
 @kernel
 def joints_at_event(scene, y):
     """Return the joints of a scene, with the effective mass at the state `y` set in every law that may need it."""
-    return _joints_at_event(scene, y) if _may_need_mass(scene.joints) else scene.joints
+    if not _may_need_mass(scene.joints):
+        return scene.joints
+    pose = pose_at(scene.mechanism, y)
+    return _joints_with(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)))
 
 
 @known

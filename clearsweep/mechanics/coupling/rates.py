@@ -57,21 +57,17 @@ class Scene(NamedTuple):
     shaking: tuple = ()  # shaking.Shaking, or () without vibration
 
 
-@inlined
-def _gaps_with_angles(scene, y, joint_gaps):
-    return with_body_angles(scene.joints, joint_gaps, machine.body_angles(scene.mechanism, y))
-
-
 @kernel
 def gaps_with_angles(scene, y, joint_gaps):
     """Return the Gaps of a scene at the state `y`, with the rotation (rad) of the bodies of worn joints."""
-    return _gaps_with_angles(scene, y, joint_gaps) if uses_body_angles(map(type, scene.joints)) else joint_gaps
+    if not _use_body_angles(scene.joints):
+        return joint_gaps
+    return with_body_angles(scene.joints, joint_gaps, machine.body_angles(scene.mechanism, y))
 
 
 @known
-def uses_body_angles(joint_types):
-    """Return whether a type of joint uses the rotation of its bodies."""
-    return any(joint_type in with_angles.members for joint_type in joint_types)
+def _use_body_angles(joints):
+    return any(type(joint) in with_angles.members for joint in joints)
 
 
 @inlined
@@ -200,13 +196,9 @@ def put_root_rates(scene, joint_gaps, loads, state, kappa, k, row):
         loads = loads_of(scene.joints, joint_gaps, state)
     else:
         items = list(zip(scene.joints, joint_gaps, loads, offsets_of(scene.joints, state.roots), strict=True))
-        loads = [_load_at_speed(joint, gap, load, offsets, state) for joint, gap, load, offsets in items]
+        contacts = [contacts_at_speed(joint, gap, at, state, before.contacts) for joint, gap, before, at in items]
+        loads = [before._replace(contacts=now) for before, now in zip(loads, contacts, strict=True)]
     _put_root_rates(scene, loads, state, kappa, k, row)
-
-
-@inlined
-def _load_at_speed(joint, gap, load, offsets, state):
-    return load._replace(contacts=contacts_at_speed(joint, gap, offsets, state, load.contacts))
 
 
 @inlined
@@ -316,11 +308,11 @@ def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     journal_sides, y = shaped(journal_sides, (contacts,)), shaped(y, (n,))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     pose, joint_gaps, loads, motion = evaluate_motion(parameters, y, mode, latched)
-    first, histories = machine.describe(parameters.mechanism, y, pose, motion, values), ()
+    histories = machine.describe(parameters.mechanism, y, pose, motion)
     for i, (joint, offsets) in enumerate(zip(parameters.joints, offsets_of(parameters.joints, 0), strict=True)):
         of_gap = gap_histories(joint, joint_gaps[i], journal_sides[offsets.contact])
         histories = (*histories, *of_gap, *load_histories(joint, loads[i]), *extra_channels(loads[i].contacts[0]))
-    for column, number in enumerate(histories, first):
+    for column, number in enumerate(histories):
         values[column] = number
     if parameters.shaking:
         histories = machine.vibration_histories(parameters, y, pose, motion)

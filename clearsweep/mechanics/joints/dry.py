@@ -81,16 +81,8 @@ def elastic_parts(joint):
 
 def register_single_contact(joint_type):
     """Register a type of joint that has one dry contact, with its `law` and `friction`."""
-    contact_modes.member(joint_type)(_modes_of_single_contact)
-    parts.member(joint_type)(_parts_of_single_contact)
-
-
-def _modes_of_single_contact(joint):
-    return (ContactModes(FREE, PRESSED),)
-
-
-def _parts_of_single_contact(joint):
-    return *dry_parts(0, joint.law, joint.friction), *elastic_parts(joint)
+    contact_modes.member(joint_type)(lambda joint: (ContactModes(FREE, PRESSED),))
+    parts.member(joint_type)(lambda joint: (*dry_parts(0, joint.law, joint.friction), *elastic_parts(joint)))
 
 
 register_single_contact(Joint)

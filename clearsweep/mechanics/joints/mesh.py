@@ -62,7 +62,6 @@ from .contract import (
     power_lost,
     power_stored,
     repeated_offsets,
-    type_of,
     with_current_state,
 )
 from .dry import SurfaceMotion, dry_parts, pressed_contact_at
@@ -150,7 +149,7 @@ def _contact_modes_mesh(joint):
 @parts.member(Mesh)
 def _parts_mesh(joint):
     law, friction, teeth = joint.law, joint.friction, joint.teeth
-    has_teeth = type_of(teeth) in guards.members
+    has_teeth = type(teeth) in guards.members
     return tuple(
         part
         for flank in range(2)

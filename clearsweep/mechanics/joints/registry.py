@@ -182,10 +182,10 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
     if joint.profile:
         return worn.WornJoint(*dry_joint, compile_law("profile", joint.profile.law, joint), shape_of(np.zeros(KNOTS)))
     if _has_evolving_shape(joint):
-        worn_type = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
         if not _wears_by_overlap(joint):
-            return worn_type(*dry_joint, *_point_shapes(joint, earlier_wear)[:2])
-        conformal = _conformal_shapes(joint, earlier_wear)
+            return worn.WornJoint(*dry_joint, *_point_shapes(joint, earlier_wear)[:2])
+        worn_type = worn.WornOnFoundation if isinstance(elastic, Foundation) else worn.WornJoint
+        conformal = [shape_of(x) for x in conformal_profiles(*_depths(joint, earlier_wear), joint.clearance)]
         dry_joint = dry_joint._replace(wear=dry_joint.wear._replace(pressure=Overlap(*conformal)))
         is_at_point = worn_type is worn.WornJoint
         return worn_type(*dry_joint, *(_point_shapes(joint, earlier_wear)[:2] if is_at_point else conformal))
@@ -230,11 +230,6 @@ def _wears_by_overlap(joint: Joint) -> bool:
     return joint.wear is not None and joint.wear.pressure == "winkler" and joint.slot_length is None
 
 
-def _is_on_foundation(joint: Joint, elastic: tuple) -> bool:
-    """Return whether the worn surfaces of a joint press on a bed of springs, not at one point."""
-    return isinstance(elastic, Foundation) and _wears_by_overlap(joint)
-
-
 def _depths(joint: Joint, worn: Worn | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean depths (bins,) m of bearing and journal."""
     assert joint.wear is not None  # only joints with wear
@@ -246,12 +241,6 @@ def _point_shapes(joint: Joint, worn: Worn | None) -> tuple[Shape, Shape, float]
     """Return the shapes of bearing and journal on which a force acts at one point, and the smoothing width (rad)."""
     (bearing, journal), width = point_profiles(*_depths(joint, worn), joint.clearance)
     return shape_of(bearing), shape_of(journal), width
-
-
-def _conformal_shapes(joint: Joint, worn: Worn | None) -> tuple[Shape, Shape]:
-    """Return the shapes of bearing and journal on whose overlap the wear depends, and springs."""
-    bearing, journal = conformal_profiles(*_depths(joint, worn), joint.clearance)
-    return shape_of(bearing), shape_of(journal)
 
 
 def smoothing_width(joint: Joint, worn: Worn) -> float | None:

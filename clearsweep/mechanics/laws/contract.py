@@ -273,10 +273,6 @@ def _closeness(kink):
     return max(RELATIVE_CLOSENESS * abs(kink), ABSOLUTE_CLOSENESS)
 
 
-def _guards_of_kinks(law):
-    return Guard(TOUCHING), Guard(TOUCHING)
-
-
 @kernel
 def distances_past_kinks(kink_values, start_value, value):
     """Return how far a variable at `value` is above the next kink and below the previous one of the step's start."""
@@ -298,7 +294,7 @@ def register_kinks(law_type, variable):
     This is for laws with another state, or whose formula covers all pieces; the `variable` may not depend on the root.
     """
     kink_variable.member(law_type)(variable)
-    guards.member(law_type)(_guards_of_kinks)
+    guards.member(law_type)(lambda law: (Guard(TOUCHING), Guard(TOUCHING)))
     guard_values.member(law_type)(_guard_values_of_kinks)
 
 
@@ -333,21 +329,6 @@ def require(kind: str, *families: Callable) -> None:
     REQUIRED_FAMILIES[kind] = families
 
 
-def no_limit(joint: Joint) -> float:
-    """Return the default for the largest valid penetration (m): infinity."""
-    return math.inf
-
-
-def no_derived_values(joint: Joint) -> dict:
-    """Return the default for derived values: none."""
-    return {}
-
-
-def no_remarks(joint: Joint) -> tuple[str, ...]:
-    """Return the default for remarks on the law of a joint: none."""
-    return ()
-
-
 class Recipe(NamedTuple):
     """A law as described to users, and the constructor of its compiled form."""
 
@@ -355,10 +336,10 @@ class Recipe(NamedTuple):
     types: tuple[type, ...]  # the types that `make` may return
     make: Callable  # joint -> compiled form
     free_restitution: Callable | None = None  # requested restitution -> restitution of a free impact, in closed form
-    limit: Callable = no_limit  # joint -> largest valid penetration, m
-    derived: Callable = no_derived_values  # joint -> derived values: path within the joint -> (value, unit)
+    limit: Callable = lambda joint: math.inf  # joint -> largest valid penetration, m
+    derived: Callable = lambda joint: {}  # joint -> derived values: path within the joint -> (value, unit)
     spring: Callable | None = None  # joint -> elastic law of a law of the normal force that uses none of the joint
-    check: Callable = no_remarks  # of a law of one's own: joint -> remarks; raises InputError if it cannot be used
+    check: Callable = lambda joint: ()  # of one's own law: joint -> remarks; raises InputError if it cannot be used
 
 
 RECIPES: dict[tuple[str, str], Recipe] = {}

@@ -79,18 +79,10 @@ def register_elastic_force(law_type, *, is_odd: bool):
     """
 
     def decorate(function):
-        root_parity.member(law_type)(_odd if is_odd else _even)
+        root_parity.member(law_type)(lambda elastic: -1.0 if is_odd else 1.0)
         return elastic_force.member(law_type)(function)
 
     return decorate
-
-
-def _odd(elastic):
-    return -1.0
-
-
-def _even(elastic):
-    return 1.0
 
 
 @functools.lru_cache(maxsize=1024)  # many cases of a sweep share their surfaces and their load

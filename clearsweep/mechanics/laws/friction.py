@@ -148,16 +148,14 @@ def zero_slip_kink(friction):
     return (0.0,)
 
 
-def _friction_force_by_slip(law, normal, slip):
-    return force_in_piece(law, piece_at(kinks(law), slip), normal, slip)
-
-
 def register_force_in_piece(law_type, kink_speeds):
     """Return the decorator that registers the `force_in_piece` of a type of law; kink_speeds : law -> its `kinks`."""
 
     def register(force_function):
         kinks.member(law_type)(kink_speeds)
-        friction_force.member(law_type)(_friction_force_by_slip)
+        friction_force.member(law_type)(
+            lambda law, normal, slip: force_in_piece(law, piece_at(kinks(law), slip), normal, slip)
+        )
         return force_in_piece.member(law_type)(force_function)
 
     return register
@@ -219,11 +217,7 @@ class Ambrosio(NamedTuple):
     v1: float  # m/s
 
 
-def _kinks_ambrosio(friction):
-    return -friction.v1, -friction.v0, friction.v0, friction.v1
-
-
-@register_force_in_piece(Ambrosio, _kinks_ambrosio)
+@register_force_in_piece(Ambrosio, lambda law: (-law.v1, -law.v0, law.v0, law.v1))
 def _force_in_piece_ambrosio(friction, piece, normal, slip):
     dead_zone = where(piece < 2.0, -friction.v0, friction.v0)
     ramp = (slip - dead_zone) / (friction.v1 - friction.v0)

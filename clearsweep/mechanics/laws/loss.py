@@ -106,27 +106,11 @@ def register_contact_force(law_type, *, pulls: bool, times_elastic: bool):
     """
 
     def register(force_function):
-        lowest_force.member(law_type)(_unbounded if pulls else _clipped_at_zero)
-        sign_past_separation.member(law_type)(_sign_of_elastic if times_elastic else _positive_sign)
+        lowest_force.member(law_type)(lambda law: -calculus.inf if pulls else 0.0)
+        sign_past_separation.member(law_type)(lambda law, elastic: root_parity(elastic) if times_elastic else 1.0)
         return contact_force.member(law_type)(force_function)
 
     return register
-
-
-def _clipped_at_zero(law):
-    return 0.0
-
-
-def _unbounded(law):
-    return -calculus.inf
-
-
-def _sign_of_elastic(law, elastic):
-    return root_parity(elastic)
-
-
-def _positive_sign(law, elastic):
-    return 1.0
 
 
 def zero_rate_kink(law):

@@ -200,8 +200,8 @@ def output_error(mechanism, pose):
 
 
 @family
-def describe(mechanism, y, pose, motion, out):
-    """Write the time histories of the bodies to `out`, in channel order; return their number."""
+def describe(mechanism, y, pose, motion):
+    """Return the values of the time histories of the bodies, in channel order."""
 
 
 @inlined

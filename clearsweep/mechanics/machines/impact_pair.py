@@ -79,7 +79,4 @@ contract.body_angles.member(ImpactPair)(lambda mechanism, y: ((0.0, 0.0),))
 contract.output_error.member(ImpactPair)(lambda mechanism, pose: (0.0, 0.0))
 
 
-@contract.describe.member(ImpactPair)
-def _describe_impact_pair(mechanism, y, pose, motion, out):
-    out[0], out[1], out[2] = y[2], pose.x, pose.v
-    return 3
+contract.describe.member(ImpactPair)(lambda mechanism, y, pose, motion: (y[2], pose.x, pose.v))

@@ -149,7 +149,7 @@ def load_resultants_of(machine: MachineType) -> Program:
 
 @generated(machine_type)
 def histories_of(machine: MachineType) -> Program:
-    """Return the program of the time histories that `contract.describe` writes, from a mechanism, pose and Motion."""
+    """Return the program of the time histories that `contract.describe` returns, from a mechanism, pose and Motion."""
     bodies = Bodies(machine, 3)
     motion = bodies.program.parameters[2]
     position, velocity = _output_motion(bodies)
@@ -289,9 +289,4 @@ def _output_error_planar(mechanism, pose):
     return output - ideal_output, output_rate - slope * rate
 
 
-@contract.describe.member(Planar)
-def _describe_planar(mechanism, y, pose, motion, out):
-    values = histories_of(mechanism, pose, motion)
-    for i in range(len(values)):
-        out[i] = values[i]
-    return len(values)
+contract.describe.member(Planar)(lambda mechanism, y, pose, motion: histories_of(mechanism, pose, motion))

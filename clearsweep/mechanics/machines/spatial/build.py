@@ -90,7 +90,7 @@ def _check_mobility(
             pins = [
                 attachment.joint
                 for attachment in attachments[1:]
-                if attachment.body in flat and not isinstance(_joint_named(machine, attachment.joint), Guide)
+                if attachment.body in flat and not isinstance(joint_named(machine, attachment.joint), Guide)
             ]
             raise SpanningTreeError(
                 joint.name,
@@ -99,7 +99,7 @@ def _check_mobility(
             )
 
 
-def _joint_named(machine: Machine, name: str):
+def joint_named(machine: Machine, name: str):
     return next(joint for joint in machine.joints if joint.name == name)
 
 
@@ -149,9 +149,9 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     attachments = spanning_tree(machine, joints, assembly.ideal)
     numbers = {GROUND: ()} | {attachment.body: as_empty_tuples(i + 1) for i, attachment in enumerate(attachments)}
     reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
-    speed = machine.drive.speed
+    speed, solids = machine.drive.speed, [assembly.solids[attachment.body] for attachment in attachments]
     value = Tree(
-        parts=tuple(_compile_body(assembly.solids[attachment.body]) for attachment in attachments),
+        parts=tuple(RigidBody(each.mass, Vector(*each.inertia), Vector(*each.center)) for each in solids),
         attachments=tuple(_compile_attachment(assembly, attachment, numbers) for attachment in attachments),
         openings=tuple(_compile_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
         reported=reported,
@@ -185,21 +185,13 @@ def initial_seats(built: Built, joints: Mapping) -> dict[str, Seat]:
     return {name: Seat(deepest_of(joint, gap), float(overlap_of(joint, gap))) for (name, joint), gap in pairs}
 
 
-def _compile_body(solid: Solid) -> RigidBody:
-    return RigidBody(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
-
-
 def _point(assembly: Assembly, endpoint: BodyPoint) -> Vector:
     return Vector(*assembly.solids[endpoint.body].points[endpoint.point])
 
 
-def _joint(assembly: Assembly, name: str):
-    return next(joint for joint in assembly.machine.joints if joint.name == name)
-
-
 def _endpoints(assembly: Assembly, attachment: Attachment) -> tuple[BodyPoint, BodyPoint]:
     """Return the points of the joint that attaches a body, that of its parent first."""
-    joint = _joint(assembly, attachment.joint)
+    joint = joint_named(assembly.machine, attachment.joint)
     endpoints = (joint.proximal, joint.distal)
     return endpoints if joint.distal.body == attachment.body else endpoints[::-1]
 
@@ -209,7 +201,7 @@ def _compile_attachment(assembly: Assembly, attachment: Attachment, numbers: Map
     if not attachment.joint:
         return Loose()
     parent_point, body_point = (_point(assembly, endpoint) for endpoint in _endpoints(assembly, attachment))
-    joint = _joint(assembly, attachment.joint)
+    joint = joint_named(assembly.machine, attachment.joint)
     if attachment.joint == assembly.machine.driven:
         return Driven(parent_point, body_point)
     if isinstance(joint, Guide):
@@ -225,7 +217,7 @@ def _compile_attachment(assembly: Assembly, attachment: Attachment, numbers: Map
 
 def _compile_opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
     """Return a joint with clearance in compiled form."""
-    site = _joint(assembly, name)
+    site = joint_named(assembly.machine, name)
     bearing, journal = site.proximal, site.distal
     if assembly.journals[name] == bearing.body:
         bearing, journal = journal, bearing
@@ -276,7 +268,7 @@ def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping
             0.0,
         ]
     kind = assembly.ideal.get(attachment.joint, "")
-    if isinstance(_joint(assembly, attachment.joint), Guide):
+    if isinstance(joint_named(assembly.machine, attachment.joint), Guide):
         return _sliding_coordinates(assembly, attachment, body_poses)
     if kind == SPHERICAL:
         return _quaternion(pose)
@@ -292,7 +284,7 @@ def _quaternion(pose: PlanarPosition) -> tuple[list, list]:
 
 def _sliding_coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping) -> tuple[list, list]:
     """Return displacement and speed of a sliding body."""
-    axis = body_poses[attachment.parent].angle + _joint(assembly, attachment.joint).axis
+    axis = body_poses[attachment.parent].angle + joint_named(assembly.machine, attachment.joint).axis
     direction = np.array([math.cos(axis), math.sin(axis)])
     (near_end, near_velocity), (far_end, far_velocity) = (
         _planar_point(assembly, endpoint, body_poses) for endpoint in _endpoints(assembly, attachment)
@@ -357,7 +349,7 @@ def _lengths_per_unit(assembly: Assembly, attachment: Attachment) -> list[float]
         return []
     if not attachment.joint:
         return [*[2.0 * body_size] * 4, 1.0, 1.0, 1.0]
-    if isinstance(_joint(assembly, attachment.joint), Guide):
+    if isinstance(joint_named(assembly.machine, attachment.joint), Guide):
         return [1.0]
     kind = assembly.ideal.get(attachment.joint, "")
     return [2.0 * body_size] * 4 if kind == SPHERICAL else [1.0, body_size] if kind == CYLINDRICAL else [body_size]

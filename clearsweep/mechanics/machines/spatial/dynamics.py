@@ -287,9 +287,4 @@ def _output_error_tree(mechanism, pose):
     return output - ideal_output, output_rate - slope * mechanism.speed
 
 
-@contract.describe.member(Tree)
-def _describe_tree(mechanism, y, pose, motion, out):
-    values = histories_of(mechanism, pose, y, motion)
-    for i in range(len(values)):
-        out[i] = values[i]
-    return len(values)
+contract.describe.member(Tree)(lambda mechanism, y, pose, motion: histories_of(mechanism, pose, y, motion))

@@ -338,7 +338,7 @@ def body_motions_of(tree: MachineType) -> Program:
 
 @generated(MachineType)
 def histories_of(tree: MachineType) -> Program:
-    """Return the program of the time histories that `contract.describe` writes: (mechanism, pose, y, motion)."""
+    """Return the program of the time histories that `contract.describe` returns: (mechanism, pose, y, motion)."""
     bodies = PosedBodies(tree, 4)
     _, pose, y, motion = bodies.program.parameters
     output, rate = _output_motion(bodies)
