@@ -7,7 +7,6 @@ from ...contracts.case import Case
 from ...contracts.catalogue import (
     CHOICE,
     FULL_OUTLINE,
-    Choice,
     Field,
     JointSite,
     Keys,
@@ -17,7 +16,7 @@ from ...contracts.catalogue import (
     Output,
     ranged,
 )
-from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
+from ...contracts.machine import Aim, Body, BodyPoint, Guide, Machine, Pin
 from . import described
 from .described import mounts_of, vibration_keys
 from .drives import make_drive, with_visited_angles
@@ -28,10 +27,6 @@ from .spatial import build as spatial
 
 
 PINS = ("crank-rod", "rod-slider")
-_IDEAL = (
-    "motion that a pin without clearance allows; spherical: all rotations; cylindrical: rotation about the pin and "
-    "sliding along it; revolute: rotation about the pin"
-)
 
 
 def _center() -> tuple[Field, ...]:
@@ -41,17 +36,6 @@ def _center() -> tuple[Field, ...]:
 
 def _keys(outline: Outline) -> tuple[Keys, ...]:
     mass = Field("mass", "kg", "mass of the body")
-    inertia_text = "principal moments of inertia about the centre of mass, along the axes of the body frame"
-    pin_choices = tuple(
-        Choice(
-            name,
-            (spatial.SPHERICAL, spatial.CYLINDRICAL, spatial.REVOLUTE),
-            "type of this pin without clearance",
-            spatial.REVOLUTE,
-        )
-        for name in PINS
-        if name not in outline.clearances
-    )
     center_text = (
         "position of the centre of mass relative to the first pin; a single quantity is a distance along the line of "
         "the pins; default: half the length"
@@ -59,12 +43,12 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     inertia = spatial.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
         Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False)), role=CHOICE),
-        Keys("mechanism.crank.inertia", inertia_text, inertia, scalar_factors=(1, 1, 1), role=CHOICE),
+        Keys("mechanism.crank.inertia", spatial.INERTIA_TEXT, inertia, scalar_factors=(1, 1, 1), role=CHOICE),
         Keys("mechanism.crank.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0), role=CHOICE),
         Keys("mechanism.rod", "the rod", (_LENGTH, mass), role=CHOICE),
         Keys(
             "mechanism.rod.inertia",
-            inertia_text,
+            spatial.INERTIA_TEXT,
             tuple(field._replace(low_open=True) for field in inertia),
             role=CHOICE,
         ),
@@ -72,7 +56,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         Keys("mechanism.slider", "the slider", (mass,), role=CHOICE),
         Keys("mechanism", "", flags=(spatial.SPATIAL_FLAG,)),
         spatial.gravity_keys(),
-        Keys("mechanism.ideal", _IDEAL, words=pin_choices, need="implied"),
+        spatial.freedom_keys(outline, PINS),
         spatial.speed_keys(),
         *vibration_keys(outline, _BODIES),
     )
@@ -104,29 +88,25 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> spatial.Assemb
     no_vector = (0.0, 0.0, 0.0)
     solids = {
         "ground": spatial.Solid(0.0, no_vector, no_vector, {"pivot": no_vector}),
-        **{name: _solid_link(values, name) for name in ("crank", "rod")},
+        **{name: spatial.solid_of(values, name, _pins_of(values[f"{name}.length"], 3)) for name in ("crank", "rod")},
         "slider": spatial.Solid(values["slider.mass"], no_vector, no_vector, {"pin": no_vector}),
     }
-    joints = (
+    parts = solids, _joints("pivot"), "ground-crank", Aim("slider", "pin", 0.0), {}
+    return spatial.assembly_of(values, speed, *parts)._replace(journals=dict.fromkeys(PINS, "rod"))
+
+
+def _pins_of(length: float, dimensions: int) -> dict[str, tuple[float, ...]]:
+    """Return the two pins of a link (m), in its frame."""
+    return {"near": (0.0,) * dimensions, "far": (length,) + (0.0,) * (dimensions - 1)}
+
+
+def _joints(line: str) -> tuple[Pin | Guide, ...]:
+    """Return the joints; line : point of the ground on the line of the slider."""
+    return (
         Pin("ground-crank", BodyPoint("ground", "pivot"), BodyPoint("crank", "near")),
         Pin("crank-rod", BodyPoint("crank", "far"), BodyPoint("rod", "near")),
         Pin("rod-slider", BodyPoint("rod", "far"), BodyPoint("slider", "pin")),
-        Guide("slider-ground", BodyPoint("ground", "pivot"), BodyPoint("slider", "pin"), 0.0),
-    )
-    gravity, aim = spatial.vector_at(values, "gravity"), Aim("slider", "pin", 0.0)
-    bodies, loads = spatial.planar_bodies_and_loads(solids, gravity)
-    machine = Machine(bodies, joints, "ground-crank", Constant(speed), -gravity[1], aim, {}, loads)
-    ideal = {name: values[f"ideal.{name}"] for name in PINS if f"ideal.{name}" in values}
-    return spatial.Assembly(machine, solids, ideal, gravity, dict.fromkeys(PINS, "rod"))
-
-
-def _solid_link(values: Mapping, name: str) -> spatial.Solid:
-    points = {"near": (0.0, 0.0, 0.0), "far": (values[f"{name}.length"], 0.0, 0.0)}
-    return spatial.Solid(
-        values[f"{name}.mass"],
-        spatial.vector_at(values, f"{name}.inertia"),
-        spatial.vector_at(values, f"{name}.center"),
-        points,
+        Guide("slider-ground", BodyPoint("ground", line), BodyPoint("slider", "pin"), 0.0),
     )
 
 
@@ -222,25 +202,19 @@ def machine(case: Case) -> Machine:
         "rod": _link(values, "rod", length),
         "slider": Body(values["slider.mass"], values.get("slider.inertia", 0.0), (0.0, 0.0), {"pin": (0.0, 0.0)}),
     }
-    joints = (
-        Pin("ground-crank", BodyPoint("ground", "pivot"), BodyPoint("crank", "near")),
-        Pin("crank-rod", BodyPoint("crank", "far"), BodyPoint("rod", "near")),
-        Pin("rod-slider", BodyPoint("rod", "far"), BodyPoint("slider", "pin")),
-        Guide("slider-ground", BodyPoint("ground", "line"), BodyPoint("slider", "pin"), 0.0),
-    )
     sine = (offset - radius * math.sin(angle)) / length
     start = {"rod": math.asin(min(max(sine, -1.0), 1.0))}
     loads = make_loads(case.loads, LoadPoints(bodies, {"slider": "pin"}))
     drive, aim = make_drive(case.drive, case.outline), Aim("slider", "pin", 0.0)
     mounts = mounts_of(values, case.outline)
     gravity = described.downward_gravity(values)
-    parts = bodies, joints, "ground-crank", drive, gravity, aim, start, loads, mounts
+    parts = bodies, _joints("line"), "ground-crank", drive, gravity, aim, start, loads, mounts
     return described.with_sideways_gravity(Machine(*parts), values)
 
 
 def _link(values, name: str, length: float) -> Body:
     center = (values[f"{name}.center"], 0.0)
-    points = {"near": (0.0, 0.0), "far": (length, 0.0)}
+    points = _pins_of(length, 2)
     elastic = described.elastic_of(values, name, points, ("near", "far"))
     return Body(values[f"{name}.mass"], values[f"{name}.inertia"], center, points, elastic)
 

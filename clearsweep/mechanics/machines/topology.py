@@ -18,7 +18,7 @@ from ...contracts.catalogue import (
     Output,
     ranged,
 )
-from ...contracts.machine import Aim, Body, Constant, Initial, Machine, Pin
+from ...contracts.machine import Aim, Body, Initial, Machine, Pin
 from . import described
 from .described import joint_keys, joint_of, mounts_of, output_keys, pair_at, vibration_keys
 from .drives import make_drive, with_visited_angles
@@ -34,16 +34,6 @@ DRIVEN_TEXT = "the revolute joint that the drive turns; it connects the ground a
 def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
     pins = tuple(joint.name for joint in outline.joints if joint.type != "prismatic")
     endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
-    pin_choices = tuple(
-        Choice(
-            name,
-            (spatial.SPHERICAL, spatial.CYLINDRICAL, spatial.REVOLUTE),
-            "type of this pin without clearance",
-            spatial.REVOLUTE,
-        )
-        for name in pins
-        if name not in outline.clearances
-    )
     driven = Choice("driven", pins, DRIVEN_TEXT)
     keys = [
         Keys("mechanism", "", words=(driven,), flags=(spatial.SPATIAL_FLAG,)),
@@ -62,9 +52,13 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
             )
         )
         if not is_fixed:
-            inertia_text = "principal moments of inertia about the centre of mass, along the axes of the body frame"
             keys += [
-                Keys(f"{path}.inertia", inertia_text, spatial.along_axes("kg*m^2", "inertia", 0.0, None), role=CHOICE),
+                Keys(
+                    f"{path}.inertia",
+                    spatial.INERTIA_TEXT,
+                    spatial.along_axes("kg*m^2", "inertia", 0.0, None),
+                    role=CHOICE,
+                ),
                 Keys(
                     f"{path}.center",
                     "centre of mass in the frame of the body",
@@ -86,11 +80,7 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
     keys.append(Keys("mechanism.joints", "the joints between the bodies, by name"))
     for joint in outline.joints:
         keys += joint_keys(joint, endpoints)
-    text = (
-        "motion that a pin without clearance allows; spherical: all rotations; cylindrical: rotation about the pin and "
-        "sliding along it; revolute: rotation about the pin"
-    )
-    keys.append(Keys("mechanism.ideal", text, words=pin_choices, need="implied"))
+    keys.append(spatial.freedom_keys(outline, pins))
     keys += output_keys(outline)
     keys.append(spatial.speed_keys())
     return (*keys, *vibration_keys(outline, (body.name for body in outline.bodies)))
@@ -128,34 +118,23 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> spatial.Assemb
     for body in outline.bodies:
         prefix = f"bodies.{body.name}"
         points = {point: spatial.vector_at(values, f"{prefix}.points.{point}") for point in body.points}
-        inertial = (0.0, no_vector, no_vector)
-        if body.name != GROUND:
-            inertial = (
-                values[f"{prefix}.mass"],
-                spatial.vector_at(values, f"{prefix}.inertia"),
-                spatial.vector_at(values, f"{prefix}.center"),
-            )
-        solids[body.name] = spatial.Solid(*inertial, points)
+        is_fixed = body.name == GROUND
+        solids[body.name] = (
+            spatial.Solid(0.0, no_vector, no_vector, points) if is_fixed else spatial.solid_of(values, prefix, points)
+        )
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
-    gravity = spatial.vector_at(values, "gravity")
-    bodies, loads = spatial.planar_bodies_and_loads(solids, gravity)
-    machine = Machine(bodies, joints, values["driven"], Constant(speed), -gravity[1], aim, start, loads)
     journals = {joint.name: joint.journal or joint.bodies[1] for joint in outline.joints}
-    return spatial.Assembly(machine, solids, _freedom_of_pins(outline, values), gravity, journals)
-
-
-def _freedom_of_pins(outline: Outline, values: Mapping) -> dict[str, str]:
-    """Return the freedom of the pins without clearance."""
-    return {joint.name: values[f"ideal.{joint.name}"] for joint in outline.joints if f"ideal.{joint.name}" in values}
+    return spatial.assembly_of(values, speed, solids, joints, values["driven"], aim, start)._replace(journals=journals)
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     """Return the path below `mechanism` at fault, and a sentence, if a case's machine is impossible in space."""
-    driven, freedom = case.mechanism.values["driven"], _freedom_of_pins(case.outline, case.mechanism.values)
-    if freedom.get(driven, spatial.REVOLUTE) != spatial.REVOLUTE:
-        return f"ideal.{driven}", f"is {freedom[driven]}, but the drive turns a revolute joint; leave it out"
+    driven = case.mechanism.values["driven"]
+    freedom = case.mechanism.values.get(f"ideal.{driven}", spatial.REVOLUTE)
+    if freedom != spatial.REVOLUTE:
+        return f"ideal.{driven}", f"is {freedom}, but the drive turns a revolute joint; leave it out"
     return spatial.refusal(mechanism, case)
 
 

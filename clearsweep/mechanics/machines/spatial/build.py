@@ -1,14 +1,25 @@
 """Builds the tree of a spatial machine and its initial state from the planar machine, its solids and clearances."""
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from ....contracts.case import Case
-from ....contracts.catalogue import ANY, CONDITION, Channel, Field, JointOutline, JointSite, Keys, Mechanism, Outline
-from ....contracts.machine import GROUND, Body, BodyPoint, Guide, Machine, Push
+from ....contracts.catalogue import (
+    ANY,
+    CONDITION,
+    Channel,
+    Choice,
+    Field,
+    JointOutline,
+    JointSite,
+    Keys,
+    Mechanism,
+    Outline,
+)
+from ....contracts.machine import GROUND, Aim, Body, BodyPoint, Constant, Guide, Machine, Push
 from ....tracing.compiled.vector import Vector
 from ...joints.spatial import SpatialLoad, deepest_of, overlap_of
 from .. import described
@@ -125,7 +136,7 @@ class Assembly(NamedTuple):
     solids: Mapping[str, Solid]
     ideal: Mapping[str, str]  # pin -> 'spherical', 'cylindrical'; default: revolute
     gravity: tuple[float, ...]  # m/s^2
-    journals: Mapping[str, str]  # joint -> the body that carries the journal
+    journals: Mapping[str, str] = {}  # joint -> the body that carries the journal
 
 
 class PlanarPosition(NamedTuple):
@@ -374,6 +385,7 @@ def _check_masses(value: Tree, start: np.ndarray) -> None:
 AXES = ("x", "y", "z")
 _CENTRE = "its centre of mass"  # a point of every body, besides user-defined points
 
+INERTIA_TEXT = "principal moments of inertia about the centre of mass, along the axes of the body frame"
 #: The key that makes a mechanism spatial.
 SPATIAL_FLAG = ("spatial", "whether the bodies move in space, connected by spatial joints")
 #: The time histories of every moving body.
@@ -400,6 +412,17 @@ def gravity_keys() -> Keys:
     )
 
 
+def freedom_keys(outline: Outline, pins: Iterable[str]) -> Keys:
+    """Return the section of the motion that pins allow where they have no clearance."""
+    text = (
+        "motion that a pin without clearance allows; spherical: all rotations; cylindrical: rotation about the pin and "
+        "sliding along it; revolute: rotation about the pin"
+    )
+    freedoms, of_pin = (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance"
+    choices = tuple(Choice(pin, freedoms, of_pin, REVOLUTE) for pin in pins if pin not in outline.clearances)
+    return Keys("mechanism.ideal", text, words=choices, need="implied")
+
+
 def speed_keys() -> Keys:
     """Return the section of the drive."""
     return Keys("drive", "the drive", (CRANK_SPEED,), "implied", role=CONDITION)
@@ -420,23 +443,31 @@ def body_channels(bodies: tuple[str, ...]) -> tuple[Channel, ...]:
     return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for body in bodies for name, unit, text in BODY)
 
 
-def planar_bodies_and_loads(
-    solids: Mapping[str, Solid], gravity: tuple[float, ...]
-) -> tuple[dict[str, Body], tuple[Push, ...]]:
-    """Return the planar bodies, and the loads from gravity along x."""
-    bodies, loads = {}, []
+def vector_at(values: Mapping, path: str) -> tuple[float, ...]:
+    """Return the numbers of a list."""
+    return tuple(values[f"{path}.{k}"] for k in range(3))
+
+
+def solid_of(values: Mapping, path: str, points: Mapping[str, tuple[float, ...]]) -> Solid:
+    """Return a moving body of a case."""
+    inertia, center = (vector_at(values, f"{path}.{key}") for key in ("inertia", "center"))
+    return Solid(values[f"{path}.mass"], inertia, center, points)
+
+
+def assembly_of(
+    values: Mapping, speed: float, solids: Mapping[str, Solid], joints: tuple, driven: str, aim: Aim, start: Mapping
+) -> Assembly:
+    """Return the spatial machine of a case; in its planar machine gravity along x is a load."""
+    gravity, bodies, loads = vector_at(values, "gravity"), {}, []
     for name, solid in solids.items():
         center = solid.center[:2]
         points = {point: position[:2] for point, position in solid.points.items()} | {_CENTRE: center}
         bodies[name] = Body(solid.mass, solid.inertia[2], center, points)
         if name != GROUND and gravity[0] != 0.0:
             loads.append(Push(name, BodyPoint(name, _CENTRE), solid.mass * gravity[0], 0.0, 0.0))
-    return bodies, tuple(loads)
-
-
-def vector_at(values: Mapping, path: str) -> tuple[float, ...]:
-    """Return the numbers of a list."""
-    return tuple(values[f"{path}.{k}"] for k in range(3))
+    machine = Machine(bodies, joints, driven, Constant(speed), -gravity[1], aim, start, tuple(loads))
+    ideal = {key.removeprefix("ideal."): freedom for key, freedom in values.items() if key.startswith("ideal.")}
+    return Assembly(machine, solids, ideal, gravity)
 
 
 class MechanismBuilder(NamedTuple):
