@@ -18,19 +18,7 @@ from ..laws.contract import CLIPPED, FREE, PRESSED, STICKING, Guard, guards
 from ..laws.friction import friction_force, static_limit
 from ..laws.loss import contact_force, lowest_force, sign_past_separation
 from ..observe import RAW
-from .contract import (
-    Contact,
-    ContactModes,
-    Load,
-    Part,
-    contact_modes,
-    grips_of,
-    load,
-    parts,
-    slip_rate,
-    with_current_laws,
-    with_tangential,
-)
+from . import contract
 
 
 class Joint(NamedTuple):
@@ -69,29 +57,29 @@ def _guards_clip(clip):
 
 def dry_parts(contact, law, friction):
     """Return the Parts of dry contact number `contact` of a joint, in the order of their numbers."""
-    return Part(Clip(), contact), Part(law, contact), Part(friction, contact)
+    return contract.Part(Clip(), contact), contract.Part(law, contact), contract.Part(friction, contact)
 
 
 @known
 def elastic_parts(joint):
     """Return the Part of a joint's elastic law if it has guards, as one of one's own with kinks has."""
     elastic = getattr(joint, "elastic", ())
-    return (Part(elastic, 0),) if type(elastic) in guards.members else ()
+    return (contract.Part(elastic, 0),) if type(elastic) in guards.members else ()
 
 
 def register_single_contact(joint_type):
     """Register a type of joint that has one dry contact, with its `law` and `friction`."""
-    contact_modes.member(joint_type)(lambda joint: (ContactModes(FREE, PRESSED),))
-    parts.member(joint_type)(lambda joint: (*dry_parts(0, joint.law, joint.friction), *elastic_parts(joint)))
+    contract.contact_modes.member(joint_type)(lambda joint: (contract.ContactModes(FREE, PRESSED),))
+    contract.parts.member(joint_type)(lambda joint: (*dry_parts(0, joint.law, joint.friction), *elastic_parts(joint)))
 
 
 register_single_contact(Joint)
 
 
-@load.member(Joint)
+@contract.load.member(Joint)
 def _load_joint(joint, gap, offsets, state):
     root = state.y[state.roots + offsets.contact]
-    current = with_current_laws(joint, offsets, state)
+    current = contract.with_current_laws(joint, offsets, state)
     return joint_load(current, gap, state.mode[offsets.contact], root * abs(root), state.latched[offsets.contact])
 
 
@@ -132,7 +120,7 @@ def pressed_contact(joint, motion, mode, pen, onset_rate):
     pen : m, from the root of penetration; a negative one occurs in trial steps past the separation.
     """
     normal, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, motion.rate, onset_rate)
-    return Contact(
+    return contract.Contact(
         normal=normal,
         tangential=as_type_of(friction_force(joint.friction, friction_load, motion.slip), motion.slip),
         slip=motion.slip,
@@ -146,7 +134,7 @@ def pressed_contact(joint, motion, mode, pen, onset_rate):
 @inlined
 def pressed_contact_at(joint, motion, offsets, state):
     """Return the Contact of pressed surfaces in a SurfaceMotion, at the Offsets of the contact in the JointState."""
-    root, current = state.y[state.roots + offsets.contact], with_current_laws(joint, offsets, state)
+    root, current = state.y[state.roots + offsets.contact], contract.with_current_laws(joint, offsets, state)
     mode, onset_rate = state.mode[offsets.contact], state.latched[offsets.contact]
     return pressed_contact(current, motion, mode, root * abs(root), onset_rate)
 
@@ -155,14 +143,14 @@ def pressed_contact_at(joint, motion, offsets, state):
 def separate_contact(depth, rate, speed):
     """Return the Contact of separate surfaces; speed : m/s, a bound of the rate of the depth."""
     zero = as_type_of(0.0, depth)
-    return Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
+    return contract.Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
 
 
 @inlined
 def no_load(contact):
     """Return the Load of a separate joint with this Contact."""
     zero = as_type_of(0.0, contact.depth)
-    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(contact,))
+    return contract.Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(contact,))
 
 
 @inlined
@@ -201,7 +189,7 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     journal_moment = joint.journal_radius * contact.tangential
     bearing_moment = -joint.bearing_radius * contact.tangential
     is_journal_proximal = joint.side < 0.0  # the journal is on the proximal body
-    return Load(
+    return contract.Load(
         fx=joint.side * fx,
         fy=joint.side * fy,
         moment_proximal=where(is_journal_proximal, journal_moment, bearing_moment),
@@ -232,7 +220,7 @@ class BearingGrip(NamedTuple):
     vy: float
 
 
-@grips_of.member(Joint)
+@contract.grips_of.member(Joint)
 def _grips_of_joint(joint, gap, load, mode, first_contact):
     if type(joint.friction) not in static_limit.members:
         return ()
@@ -254,7 +242,7 @@ def _grips_of_joint(joint, gap, load, mode, first_contact):
     )
 
 
-@slip_rate.member(BearingGrip)
+@contract.slip_rate.member(BearingGrip)
 def _slip_rate_bearing_grip(grip, acceleration):
     x, y, vx, vy = grip.x, grip.y, grip.vx, grip.vy
     squared = x * x + y * y
@@ -265,7 +253,7 @@ def _slip_rate_bearing_grip(grip, acceleration):
     return transverse / squared**0.5 + relative_spin
 
 
-@with_tangential.member(BearingGrip)
+@contract.with_tangential.member(BearingGrip)
 def _with_tangential_bearing_grip(grip, load, force, stopping_force):
     contact = load.contacts[0]
     force_change = force - contact.tangential
@@ -273,7 +261,7 @@ def _with_tangential_bearing_grip(grip, load, force, stopping_force):
     bearing_moment, journal_moment = -grip.bearing_radius * force_change, grip.journal_radius * force_change
     if grip.side < 0.0:
         bearing_moment, journal_moment = journal_moment, bearing_moment
-    return Load(
+    return contract.Load(
         fx=load.fx - force_per_distance * grip.y,
         fy=load.fy + force_per_distance * grip.x,
         moment_proximal=load.moment_proximal + bearing_moment,

@@ -19,19 +19,7 @@ from ...tracing.compiled.family import inlined, kernel
 from ..laws.contract import ACTS, FREE, PRESSED, is_sticking
 from ..laws.friction import static_limit
 from ..wear.bins import never_wears
-from .contract import (
-    Contact,
-    ContactModes,
-    Load,
-    contact_modes,
-    grips_of,
-    load,
-    load_histories,
-    parts,
-    repeated_offsets,
-    slip_rate,
-    with_tangential,
-)
+from . import contract
 from .dry import SurfaceMotion, dry_parts, pressed_contact_at, separate_contact
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
@@ -71,21 +59,21 @@ class Corner(NamedTuple):
     fy: float
     x: float  # m
     y: float
-    contact: Contact
+    contact: contract.Contact
 
 
-@contact_modes.member(Guide)
+@contract.contact_modes.member(Guide)
 def _contact_modes_guide(joint):
     return (
-        ContactModes(FREE, PRESSED),
-        ContactModes(FREE, PRESSED),
-        ContactModes(FREE, PRESSED),
-        ContactModes(FREE, PRESSED),
-        ContactModes(ACTS, ACTS),
+        contract.ContactModes(FREE, PRESSED),
+        contract.ContactModes(FREE, PRESSED),
+        contract.ContactModes(FREE, PRESSED),
+        contract.ContactModes(FREE, PRESSED),
+        contract.ContactModes(ACTS, ACTS),
     )
 
 
-@parts.member(Guide)
+@contract.parts.member(Guide)
 def _parts_guide(joint):
     law, friction = joint.law, joint.friction
     return (
@@ -113,7 +101,7 @@ def _corner(joint, gap, offsets, state, number):
     if state.mode[offsets.contact + number] == FREE:
         zero = as_type_of(0.0, depth)  # the speed is that of the gap: sliding along the wall does not change it
         return Corner(zero, zero, x, y, separate_contact(depth, rate, abs(rate)))
-    corner_offsets = repeated_offsets(offsets, number, (joint.law, joint.friction))
+    corner_offsets = contract.repeated_offsets(offsets, number, (joint.law, joint.friction))
     contact = pressed_contact_at(joint, SurfaceMotion(depth, rate, slip), corner_offsets, state)
     return Corner(-side * contact.tangential, -side * contact.normal, x, y, contact)
 
@@ -124,7 +112,7 @@ def with_resultant(a, b, c, d):
     transverse = a.normal + b.normal - c.normal - d.normal  # N, on the wall on the left
     axial = a.tangential + b.tangential - c.tangential - d.tangential
     zero = as_type_of(0.0, transverse)
-    resultant = Contact(
+    resultant = contract.Contact(
         normal=where(transverse < 0.0, -transverse, transverse),
         tangential=where(transverse < 0.0, -axial, axial),
         slip=zero,
@@ -136,18 +124,18 @@ def with_resultant(a, b, c, d):
     return a, b, c, d, resultant
 
 
-@load_histories.member(Guide)
+@contract.load_histories.member(Guide)
 def _load_histories_guide(joint, load):
     resultant = load.contacts[4]
     return resultant.normal, resultant.tangential
 
 
-@load.member(Guide)
+@contract.load.member(Guide)
 def _load_guide(joint, gap, offsets, state):
     a, b, c, d = [_corner(joint, gap, offsets, state, number) for number in range(4)]
     axial, transverse = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     block_moment = _corner_moment(a) + _corner_moment(b) + _corner_moment(c) + _corner_moment(d)
-    return Load(
+    return contract.Load(
         fx=gap.axis_x * axial - gap.axis_y * transverse,
         fy=gap.axis_y * axial + gap.axis_x * transverse,
         moment_proximal=-block_moment - gap.x * transverse + gap.y * axial,
@@ -193,7 +181,7 @@ class WallGrip(NamedTuple):
     gap: tuple  # GuideGap
 
 
-@grips_of.member(Guide)
+@contract.grips_of.member(Guide)
 def _grips_of_guide(joint, gap, load, mode, first_contact):
     if type(joint.friction) not in static_limit.members:
         return ()
@@ -228,13 +216,13 @@ def _wall_grip(joint, gap, load, mode, first_contact, corners):
     )
 
 
-@slip_rate.member(WallGrip)
+@contract.slip_rate.member(WallGrip)
 def _slip_rate_wall_grip(grip, acceleration):
     height = grip.fractions[0] * grip.heights[0] + grip.fractions[1] * grip.heights[1]
     return grip.drift - grip.sign * (acceleration.ax - height * (acceleration.distal - acceleration.proximal))
 
 
-@with_tangential.member(WallGrip)
+@contract.with_tangential.member(WallGrip)
 def _with_tangential_wall_grip(grip, load, force, stopping_force):
     contacts, force_change, moment = load.contacts, 0.0, 0.0
     for i in range(2):
@@ -249,7 +237,7 @@ def _with_tangential_wall_grip(grip, load, force, stopping_force):
             *contacts[corner + 1 :],
         )
     gap, axial, block_moment = grip.gap, -grip.sign * force_change, grip.sign * moment
-    return Load(
+    return contract.Load(
         fx=load.fx + gap.axis_x * axial,
         fy=load.fy + gap.axis_y * axial,
         moment_proximal=load.moment_proximal + (gap.y * axial - block_moment),

@@ -11,39 +11,11 @@ from typing import NamedTuple
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family_with_default, kernel
+from ..laws import film as films
 from ..laws.contract import ACTS, PRESSED, touches
-from ..laws.film import (
-    AFLOAT,
-    MARGIN,
-    Corners,
-    FilmMotion,
-    GreenwoodTripp,
-    Reversals,
-    asperity_depth,
-    asperity_load,
-    dry_fraction,
-    film_couples,
-    film_force,
-    film_pressure,
-    has_reversal_corners,
-)
 from ..laws.friction import friction_force
 from ..observe import FILM_WIDTH
-from . import dry
-from .contract import (
-    ContactModes,
-    Load,
-    Part,
-    contact_modes,
-    extra_channels,
-    extra_columns,
-    extra_observables,
-    guard_quantity,
-    load,
-    parts,
-    power_lost,
-    with_current_laws,
-)
+from . import contract, dry
 
 
 class Film(NamedTuple):
@@ -57,7 +29,7 @@ class Film(NamedTuple):
     shear: tuple  # film_couples
     limit: float  # eccentricity ratio up to which the film's formula is valid
     wear: tuple  # NoWear
-    corners: Corners
+    corners: films.Corners
 
 
 Lubricated = NamedTuple(
@@ -68,7 +40,7 @@ Lubricated = NamedTuple(
         ("shear", tuple),  # film_couples
         ("limit", float),  # eccentricity ratio up to which the film's formula is valid
         ("transition", tuple),  # dry_fraction
-        ("corners", Corners),
+        ("corners", films.Corners),
     ],
 )
 Lubricated.__doc__ = "A film combined with a dry joint, whose fields come first."
@@ -102,7 +74,7 @@ class FilmLoad(NamedTuple):
     bearing_couple: float  # N m
     lost_power: float  # W
     pressure_power: float  # W, of this by pressure
-    motion: FilmMotion
+    motion: films.FilmMotion
     nx: float  # direction of the line of centres
     ny: float
     rate: float  # m/s
@@ -120,8 +92,8 @@ def film_load(joint, gap):
     square, speed = x * x + y * y, abs(journal_spin - bearing_spin) * joint.bearing_radius
     if square == 0.0:
         zero = as_type_of(0.0, square)
-        journal_couple, bearing_couple = film_couples(
-            joint.shear, FilmMotion(zero, zero, zero, zero, zero), journal_spin - bearing_spin, zero
+        journal_couple, bearing_couple = films.film_couples(
+            joint.shear, films.FilmMotion(zero, zero, zero, zero, zero), journal_spin - bearing_spin, zero
         )
         return FilmLoad(
             radial=zero,
@@ -130,7 +102,7 @@ def film_load(joint, gap):
             bearing_couple=bearing_couple,
             lost_power=-journal_couple * journal_spin - bearing_couple * bearing_spin,
             pressure_power=zero,
-            motion=FilmMotion(zero, zero, zero, zero, zero),
+            motion=films.FilmMotion(zero, zero, zero, zero, zero),
             nx=as_type_of(1.0, square),
             ny=zero,
             rate=as_type_of(math.sqrt(vx * vx + vy * vy), square),
@@ -140,15 +112,15 @@ def film_load(joint, gap):
     eccentricity = math.sqrt(square)
     nx, ny = x / eccentricity, y / eccentricity
     rate, tangential_rate = vx * nx + vy * ny, vy * nx - vx * ny
-    motion = FilmMotion(
+    motion = films.FilmMotion(
         ratio=min(eccentricity / joint.clearance, as_type_of(joint.limit, eccentricity)),
         squeeze_rate=rate / joint.clearance,
         spin=journal_spin + bearing_spin - 2.0 * tangential_rate / eccentricity,
         eccentricity=min(eccentricity, as_type_of(joint.limit * joint.clearance, eccentricity)),
         rate=rate,
     )
-    radial, tangential = film_force(joint.film, motion)
-    journal_couple, bearing_couple = film_couples(
+    radial, tangential = films.film_force(joint.film, motion)
+    journal_couple, bearing_couple = films.film_couples(
         joint.shear, motion, journal_spin - bearing_spin, eccentricity * tangential
     )
     lost_power = (
@@ -194,8 +166,12 @@ def film_only_load(joint, film, speed):
     )
     bearing_couple, journal_couple = film.bearing_couple, film.journal_couple
     if joint.side < 0.0:
-        return Load(fx=-fx, fy=-fy, moment_proximal=journal_couple, moment_distal=bearing_couple, contacts=(contact,))
-    return Load(fx=fx, fy=fy, moment_proximal=bearing_couple, moment_distal=journal_couple, contacts=(contact,))
+        return contract.Load(
+            fx=-fx, fy=-fy, moment_proximal=journal_couple, moment_distal=bearing_couple, contacts=(contact,)
+        )
+    return contract.Load(
+        fx=fx, fy=fy, moment_proximal=bearing_couple, moment_distal=journal_couple, contacts=(contact,)
+    )
 
 
 @kernel
@@ -220,7 +196,7 @@ def blend_loads(film_only, dry_load, fraction):
         pressure_inputs=film_contact.pressure_inputs,
         speed=film_contact.speed,
     )
-    return Load(
+    return contract.Load(
         fx=film_fraction * film_only.fx + fraction * dry_load.fx,
         fy=film_fraction * film_only.fy + fraction * dry_load.fy,
         moment_proximal=film_fraction * film_only.moment_proximal + fraction * dry_load.moment_proximal,
@@ -235,10 +211,10 @@ def with_asperity_contact(transition, joint, gap, film, load):
     return load
 
 
-@with_asperity_contact.member(GreenwoodTripp)
+@with_asperity_contact.member(films.GreenwoodTripp)
 def _with_asperity_contact_greenwood_tripp(transition, joint, gap, film, load):
     """Return the Load of a film and of asperity contact through it, with friction."""
-    asperity_force = asperity_load(joint.transition, film.depth)
+    asperity_force = films.asperity_load(joint.transition, film.depth)
     contact = load.contacts[0]
     slip = dry.surface_speed(joint, gap, -film.ny, film.nx)
     friction = as_type_of(friction_force(joint.friction, asperity_force, slip), slip)
@@ -246,7 +222,7 @@ def _with_asperity_contact_greenwood_tripp(transition, joint, gap, film, load):
     bearing_moment, journal_moment = -joint.bearing_radius * friction, joint.journal_radius * friction
     if joint.side < 0.0:
         fx, fy, bearing_moment, journal_moment = -fx, -fy, journal_moment, bearing_moment
-    return Load(
+    return contract.Load(
         fx=load.fx + fx,
         fy=load.fy + fy,
         moment_proximal=load.moment_proximal + bearing_moment,
@@ -273,30 +249,30 @@ def film_depths(joint) -> tuple[float, float]:
     """Return the depths (m) beyond which dry contact carries load and the film's formula is constant; inf for never."""
     if not isinstance(joint, (Film, Lubricated)):
         return math.inf, math.inf
-    dry_depth = asperity_depth(joint.transition) if isinstance(joint, Lubricated) else math.inf
+    dry_depth = films.asperity_depth(joint.transition) if isinstance(joint, Lubricated) else math.inf
     return dry_depth, joint.corners.clamped
 
 
-def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> Corners:
+def corners_of(clearance: float, limit: float, begin: float = math.inf, end: float = math.inf) -> films.Corners:
     """Return the Corners of a film kept constant beyond `limit` (ratio), with a dry transition between depths (m)."""
-    return Corners((limit - 1.0) * clearance, begin, end, MARGIN * clearance)
+    return films.Corners((limit - 1.0) * clearance, begin, end, films.MARGIN * clearance)
 
 
 # ---------------------------------------------------------------------------------------------- the film alone
 
 
-contact_modes.member(Film)(lambda joint: (ContactModes(ACTS, ACTS),))
+contract.contact_modes.member(Film)(lambda joint: (contract.ContactModes(ACTS, ACTS),))
 
 
-@parts.member(Film)
+@contract.parts.member(Film)
 def _parts_film(joint):
     """Return the parts that end steps at corners of the film's force."""
-    if type(joint.film) in has_reversal_corners.members:
-        return Part(joint.corners, 0), Part(Reversals(joint.corners.end), 0)
-    return (Part(joint.corners, 0),)
+    if type(joint.film) in films.has_reversal_corners.members:
+        return contract.Part(joint.corners, 0), contract.Part(films.Reversals(joint.corners.end), 0)
+    return (contract.Part(joint.corners, 0),)
 
 
-@load.member(Film)
+@contract.load.member(Film)
 def _load_film(joint, gap, offsets, state):
     return film_only_load(joint, film_load(joint, gap), relative_speed(gap))
 
@@ -304,15 +280,15 @@ def _load_film(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- with a dry joint
 
 
-contact_modes.member(Lubricated)(lambda joint: (ContactModes(AFLOAT, PRESSED),))
+contract.contact_modes.member(Lubricated)(lambda joint: (contract.ContactModes(films.AFLOAT, PRESSED),))
 
 
-@parts.member(Lubricated)
+@contract.parts.member(Lubricated)
 def _parts_lubricated(joint):
     return *dry.dry_parts(0, joint.law, joint.friction), *dry.elastic_parts(joint), *_parts_film(joint)
 
 
-@load.member(Lubricated)
+@contract.load.member(Lubricated)
 def _load_lubricated(joint, gap, offsets, state):
     mode = state.mode[offsets.contact]
     film = film_load(joint, gap)
@@ -321,37 +297,37 @@ def _load_lubricated(joint, gap, offsets, state):
     if not touches(mode):
         return film_and_asperities
     root = state.y[state.roots + offsets.contact]
-    current = with_current_laws(joint, offsets, state)
+    current = contract.with_current_laws(joint, offsets, state)
     dry_load = dry.joint_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
-    fraction = dry_fraction(joint.transition, film.depth)
+    fraction = films.dry_fraction(joint.transition, film.depth)
     return blend_loads(film_and_asperities, dry_load, fraction)
 
 
 # ---------------------------------------------------------------------------------------------- observables
 
 
-@extra_columns.member(Film, Lubricated)
+@contract.extra_columns.member(Film, Lubricated)
 def _extra_columns_film_or_lubricated(joint):
     return FILM_WIDTH
 
 
-@power_lost.member(FilmContact)
+@contract.power_lost.member(FilmContact)
 def _power_lost_film_contact(contact):
     return contact.lost_power + contact.dry_friction_power + contact.tangential * contact.slip
 
 
-@guard_quantity.member(FilmContact)
+@contract.guard_quantity.member(FilmContact)
 def _guard_quantity_of_film(contact):
     """Return the spin, infinite at the centre of the bearing, times a factor that makes it smooth there."""
     _, motion = contact.pressure_inputs
     return motion.ratio * motion.ratio * motion.spin
 
 
-@extra_observables.member(FilmContact)
+@contract.extra_observables.member(FilmContact)
 def _extra_observables_film_contact(contact, is_converged):
     law, motion = contact.pressure_inputs
-    pressure = film_pressure(law, motion) if is_converged else 0.0
+    pressure = films.film_pressure(law, motion) if is_converged else 0.0
     return contact.dry, contact.film_power, contact.dry_friction_power, pressure, contact.speed, contact.pressure_power
 
 
-extra_channels.member(FilmContact)(lambda contact: (contact.dry,))
+contract.extra_channels.member(FilmContact)(lambda contact: (contact.dry,))

@@ -32,22 +32,7 @@ from ..laws.contract import ACTS, FREE, PRESSED, REPORTING
 from ..laws.elastic import Power, PowerThreeHalves
 from ..laws.friction import friction_force
 from ..wear.bins import never_wears
-from .contract import (
-    CONTACT_FIELDS,
-    Contact,
-    ContactModes,
-    Load,
-    Part,
-    contact_modes,
-    gap_histories,
-    load,
-    load_histories,
-    parts,
-    power_lost,
-    power_stored,
-    repeated_offsets,
-    with_current_state,
-)
+from . import contract
 from .dry import Clip, normal_forces, separate_contact
 from .worn import bodies_of, gap_with_angles, with_angles
 
@@ -102,10 +87,10 @@ class ElementLoad(NamedTuple):
     loaded: float  # 1, or 0 where the element is free
     inner_fatigue: float  # see `fatigue_loads`
     outer_fatigue: float
-    contact: Contact
+    contact: contract.Contact
 
 
-Rings = NamedTuple("Rings", [*CONTACT_FIELDS, ("inner", float), ("outer", float)])
+Rings = NamedTuple("Rings", [*contract.CONTACT_FIELDS, ("inner", float), ("outer", float)])
 Rings.__doc__ = """What is observed of both rings.
 
 normal : rad/s, size of their relative speed; depth : number of loaded elements; inner, outer : rad/s, relative speed
@@ -113,25 +98,25 @@ times the fatigue loads of that ring, see `fatigue_loads`.
 """
 
 
-power_stored.member(Rings)(lambda rings: rings.inner)
-power_lost.member(Rings)(lambda rings: rings.outer)
+contract.power_stored.member(Rings)(lambda rings: rings.inner)
+contract.power_lost.member(Rings)(lambda rings: rings.outer)
 
 
 with_angles.member(Rolling)(gap_with_angles)
 
 
-@contact_modes.member(Rolling)
+@contract.contact_modes.member(Rolling)
 def _contact_modes_rolling(joint):
-    elements = (ContactModes(FREE, PRESSED),) * len(joint.elements)
-    return *elements, ContactModes(ACTS, ACTS), ContactModes(REPORTING, REPORTING)
+    elements = (contract.ContactModes(FREE, PRESSED),) * len(joint.elements)
+    return *elements, contract.ContactModes(ACTS, ACTS), contract.ContactModes(REPORTING, REPORTING)
 
 
-@parts.member(Rolling)
+@contract.parts.member(Rolling)
 def _parts_rolling(joint):
     every_part = ()
     for i in range(len(joint.elements)):
-        every_part = (*every_part, Part(Clip(), i), Part(joint.law, i))
-    return *every_part, Part(joint.friction, len(joint.elements))
+        every_part = (*every_part, contract.Part(Clip(), i), contract.Part(joint.law, i))
+    return *every_part, contract.Part(joint.friction, len(joint.elements))
 
 
 # ---------------------------------------------------------------------------------------------- motion
@@ -219,11 +204,11 @@ def _element_load(element, number, joint, cage, offsets, state):
         contact = separate_contact(normal.depth, normal.rate, cage.approach_bound)
         return ElementLoad(zero, zero, zero, zero, zero, zero, contact)
     normal = _normal_of(element, joint, cage)
-    law_offsets = repeated_offsets(offsets, number, (joint.law,))
-    current = joint._replace(law=with_current_state(joint.law, state.y, state.latched, law_offsets))
+    law_offsets = contract.repeated_offsets(offsets, number, (joint.law,))
+    current = joint._replace(law=contract.with_current_state(joint.law, state.y, state.latched, law_offsets))
     root, mode, onset_rate = state.y[state.roots + index], state.mode[index], state.latched[index]
     force, _, elastic, unclipped = normal_forces(current, mode, root * abs(root), normal.rate, onset_rate)
-    contact = Contact(
+    contact = contract.Contact(
         normal=force, tangential=zero, slip=zero, rate=normal.rate, depth=normal.depth, elastic=elastic, raw=unclipped
     )
     fatigue = fatigue_loads(joint.elastic, max(force, 0.0) * (1.0 / FATIGUE_FORCE))
@@ -234,10 +219,10 @@ def _element_load(element, number, joint, cage, offsets, state):
 @inlined
 def _reported(normal, depth, zero):
     """Return a Contact that only reports."""
-    return Contact(normal=normal, tangential=zero, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
+    return contract.Contact(normal=normal, tangential=zero, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
 
 
-@load.member(Rolling)
+@contract.load.member(Rolling)
 def _load_rolling(joint, gap, offsets, state):
     cage = cage_motion(joint, gap)
     loads = [_element_load(element, i, joint, cage, offsets, state) for i, element in enumerate(joint.elements)]
@@ -256,7 +241,7 @@ def _load_rolling(joint, gap, offsets, state):
     inner_moment = joint.inner_share * moment + joint.friction_radius * tangential
     outer_moment = joint.outer_share * moment - joint.friction_radius * tangential
     is_inner_proximal = joint.side < 0.0
-    return Load(
+    return contract.Load(
         fx=joint.side * fx,
         fy=joint.side * fy,
         moment_proximal=where(is_inner_proximal, inner_moment, outer_moment),
@@ -272,12 +257,12 @@ def _load_rolling(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- time histories
 
 
-@gap_histories.member(Rolling)
+@contract.gap_histories.member(Rolling)
 def _gap_histories_rolling(joint, gap, side):
     return side * gap.x, side * gap.y, side * gap.vx, side * gap.vy, cage_angle(joint, gap)
 
 
-@load_histories.member(Rolling)
+@contract.load_histories.member(Rolling)
 def _load_histories_rolling(joint, load):
     count = len(joint.elements)
     values = load.contacts[count].normal, load.contacts[count].tangential

@@ -36,21 +36,8 @@ from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined, kernel
 from ..laws.contract import FREE, touches
 from ..laws.friction import static_limit
-from ..wear import arc_width, local_clearance
+from ..wear import arc_width, local_clearance, shape
 from ..wear.bins import SLOPES, record
-from ..wear.shape import (
-    KNOT_SPACING,
-    KNOTS,
-    POINT_MARGIN,
-    SMOOTHING_WIDTH,
-    WIDENING_FACTOR,
-    Shape,
-    point_profiles,
-    shape_of,
-    smooth_depths,
-    spline_through,
-    wear_depth_at,
-)
 from .contract import Load, grips_of, load, slip_rate, with_tangential
 from .dry import SurfaceMotion, no_load, pressed_contact_at, register_single_contact, separate_contact
 from .worn import approximate_angle, with_angles
@@ -260,7 +247,7 @@ def _with_tangential_slot_grip(grip, load, force, stopping_force):
 # ---------------------------------------------------------------------------------------------- worn surfaces
 
 
-_FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
+_FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", shape.Shape), ("journal", shape.Shape)]
 WornSlot = NamedTuple("WornSlot", _FIELDS)
 WornSlot.__doc__ = "A pin in a slot with the worn shapes of both; the Shape of the slot is that of g."
 NEWTON_STEPS = 50  # to the contact point of the pin; the function has one minimum, so the iteration converges
@@ -309,9 +296,9 @@ def _worn_contact(joint, gap):
     angle = _angle_of(normal.x, normal.y)
     wall_distance = radius * angle + where(normal.y >= 0.0, half_length - nearest_x, nearest_x - half_length)
     is_at_end, inverse = abs(gap.x) > half_length, 1.0 / (normal.depth + joint.clearance)
-    wall_wear, wall_slope, _, _ = wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
+    wall_wear, wall_slope, _, _ = shape.wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
     pin_angle = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
-    pin_wear, pin_slope, _, _ = wear_depth_at(joint.journal.table, pin_angle)
+    pin_wear, pin_slope, _, _ = shape.wear_depth_at(joint.journal.table, pin_angle)
     wall_force_ratio = wall_slope / joint.bearing_radius * where(is_at_end, radius * inverse, 1.0) + where(
         is_at_end, pin_slope * inverse, 0.0
     )
@@ -355,10 +342,10 @@ def _record_worn_slot(joint, gap, body_angles, j, instant):
 def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
     """Return the local clearance (m): new surfaces' times (K + h'') / K, with K + h'' = K^2 / (K - g'')."""
     clearance = unworn_local_clearance(joint, wall_angle)
-    _, _, curvature, _ = wear_depth_at(joint.bearing.table, wall_angle)
+    _, _, curvature, _ = shape.wear_depth_at(joint.bearing.table, wall_angle)
     radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
     difference = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
-    return clearance * clearance / max(difference, POINT_MARGIN * clearance)
+    return clearance * clearance / max(difference, shape.POINT_MARGIN * clearance)
 
 
 arc_width.member(WornSlot)(lambda joint, workspace, i: 2.0 * math.pi)
@@ -367,25 +354,25 @@ arc_width.member(WornSlot)(lambda joint, workspace, i: 2.0 * math.pi)
 # ---------------------------------------------------------------------------------------------- worn shapes
 
 
-def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[Shape, Shape, float]:
+def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[shape.Shape, shape.Shape, float]:
     """Return the shapes of slot (g) and pin from the mean depths of their bins (m), and the Gaussian's width (rad).
 
     The Gaussian smooths the wall enough for the pin to touch it at one point.
     """
     mean_radius, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
-    positions, width = np.arange(KNOTS) * KNOT_SPACING, SMOOTHING_WIDTH
+    positions, width = np.arange(shape.KNOTS) * shape.KNOT_SPACING, shape.SMOOTHING_WIDTH
     is_flat = np.array([is_on_flat_wall(joint, position) for position in positions])
     curvature = np.where(is_flat, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
     while True:
-        smooth_wear = spline_through(smooth_depths(bearing, width))
-        if np.all(curvature + smooth_wear(positions, 2) >= POINT_MARGIN * curvature):
+        smooth_wear = shape.spline_through(shape.smooth_depths(bearing, width))
+        if np.all(curvature + smooth_wear(positions, 2) >= shape.POINT_MARGIN * curvature):
             break
-        width *= WIDENING_FACTOR
-    shift = np.zeros(KNOTS)
+        width *= shape.WIDENING_FACTOR
+    shift = np.zeros(shape.KNOTS)
     for _ in range(NEWTON_STEPS):
         shift -= (curvature * shift + smooth_wear(positions + shift, 1)) / (
             curvature + np.maximum(smooth_wear(positions + shift, 2), 0.0)
         )
     effective_wear = 0.5 * curvature * shift**2 + smooth_wear(positions + shift)
-    (_, pin), pin_width = point_profiles(np.zeros_like(journal), journal, joint.clearance)
-    return shape_of(effective_wear), shape_of(pin), max(width, pin_width)
+    (_, pin), pin_width = shape.point_profiles(np.zeros_like(journal), journal, joint.clearance)
+    return shape.shape_of(effective_wear), shape.shape_of(pin), max(width, pin_width)

@@ -7,20 +7,7 @@ from ...contracts.catalogue import Field, declared_law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, kernel
-from .contract import (
-    TOUCHING,
-    Guard,
-    InternalState,
-    distances_past_kinks,
-    guard_values,
-    guards,
-    internal_rates,
-    internal_state,
-    kinks,
-    register,
-    register_kinks,
-    slip_variable,
-)
+from . import contract
 from .friction import (
     COEFFICIENT,
     KINETIC_FIRST,
@@ -43,7 +30,7 @@ def sign_of(slip):
 
 
 def _bristle_state(friction):
-    return (InternalState(friction.coefficient / friction.bristle_stiffness, False),)
+    return (contract.InternalState(friction.coefficient / friction.bristle_stiffness, False),)
 
 
 class Dahl(NamedTuple):
@@ -66,19 +53,19 @@ def _settled_state_dahl(friction, slip):
     return (friction.coefficient * sign_of(slip) / friction.bristle_stiffness,)
 
 
-internal_state.member(Dahl)(_bristle_state)
-kinks.member(Dahl)(zero_slip_kink)
-register_kinks(Dahl, slip_variable)
+contract.internal_state.member(Dahl)(_bristle_state)
+contract.kinks.member(Dahl)(zero_slip_kink)
+contract.register_kinks(Dahl, contract.slip_variable)
 
 
-@internal_rates.member(Dahl)
+@contract.internal_rates.member(Dahl)
 def _internal_rates_dahl(friction, contact):
     slip = contact.slip
     bend_deficit = 1.0 - friction.bristle_stiffness * friction.bend * math.copysign(1.0, slip) / friction.coefficient
     return (slip * math.copysign(abs(bend_deficit) ** friction.shape, bend_deficit),)
 
 
-register(
+contract.register(
     declared_law(
         "friction dahl: bending bristles: elastic before sliding",
         "T = -N sigma0 z, z' = slip sgn(1 - x) |1 - x|^shape with x = sigma0 z sgn(slip) / mu",
@@ -142,12 +129,12 @@ def _settled_state_damped(friction, slip):
     return (stribeck_coefficient(friction, slip) * sign_of(slip) / friction.bristle_stiffness,)
 
 
-internal_state.member(LuGre)(_bristle_state)
-kinks.member(LuGre)(zero_slip_kink)
-register_kinks(LuGre, slip_variable)
+contract.internal_state.member(LuGre)(_bristle_state)
+contract.kinks.member(LuGre)(zero_slip_kink)
+contract.register_kinks(LuGre, contract.slip_variable)
 
 
-@internal_rates.member(LuGre)
+@contract.internal_rates.member(LuGre)
 def _internal_rates_lugre(friction, contact):
     return (bend_rate(friction, contact.slip),)
 
@@ -190,7 +177,7 @@ DAMPED_BRISTLES = (
 )
 
 
-register(
+contract.register(
     declared_law(
         "friction lugre: bending bristles with the Stribeck effect: sticks, breaks away, slides",
         "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip - sigma0 |slip| z "
@@ -228,19 +215,21 @@ class ElastoPlastic(NamedTuple):
     bend: float = 0.0  # z, m
 
 
-guards.member(ElastoPlastic)(lambda friction: (Guard(TOUCHING),) * 6)
+contract.guards.member(ElastoPlastic)(lambda friction: (contract.Guard(contract.TOUCHING),) * 6)
 
 
-@guard_values.member(ElastoPlastic)
+@contract.guard_values.member(ElastoPlastic)
 def _guard_values_elasto_plastic(friction, start, contact, root):
     """Return guards for zero slip, and for both ends of the range of bends in which part of the slip is plastic."""
     elastic_limit = friction.elastic_share * friction.coefficient
     sliding_force = stribeck_coefficient(friction, contact.slip)
     sliding_force_before = stribeck_coefficient(friction, start.contact.slip)
     return (
-        *distances_past_kinks((0.0,), start.contact.slip, contact.slip),
-        *distances_past_kinks((0.0,), _excess(start.law, elastic_limit), _excess(friction, elastic_limit)),
-        *distances_past_kinks((0.0,), _excess(start.law, sliding_force_before), _excess(friction, sliding_force)),
+        *contract.distances_past_kinks((0.0,), start.contact.slip, contact.slip),
+        *contract.distances_past_kinks((0.0,), _excess(start.law, elastic_limit), _excess(friction, elastic_limit)),
+        *contract.distances_past_kinks(
+            (0.0,), _excess(start.law, sliding_force_before), _excess(friction, sliding_force)
+        ),
     )
 
 
@@ -265,11 +254,11 @@ def _bend_rate_elasto_plastic(friction, slip):
 
 friction_force.member(ElastoPlastic)(_friction_force_lugre)
 settled_state.member(ElastoPlastic)(_settled_state_damped)
-internal_state.member(ElastoPlastic)(_bristle_state)
-internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
+contract.internal_state.member(ElastoPlastic)(_bristle_state)
+contract.internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 
-register(
+contract.register(
     declared_law(
         "friction elasto-plastic: the bristles of lugre without creep: elastic up to a fraction of the friction",
         "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip (1 - a x / g), x = "

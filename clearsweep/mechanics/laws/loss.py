@@ -30,19 +30,7 @@ from ...contracts.catalogue import ranged
 from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import cond, where
 from ...tracing.compiled.family import family, family_with_default, kernel
-from .contract import (
-    ENTERED,
-    LEFT,
-    NEVER,
-    ONSET_FLOOR,
-    TOUCHING,
-    Guard,
-    current_piece,
-    guard_values,
-    guards,
-    latched,
-    require,
-)
+from . import contract
 from .elastic import elastic_energy, force_and_stiffness, root_parity
 
 
@@ -95,7 +83,7 @@ def always_needs_onset_rate(law):
     return True
 
 
-require("law", contact_force, lowest_force, sign_past_separation)
+contract.require("law", contact_force, lowest_force, sign_past_separation)
 
 
 def register_contact_force(law_type, *, pulls: bool, times_elastic: bool):
@@ -121,7 +109,7 @@ def zero_rate_kink(law):
 @kernel
 def approach_rate(piece, rate):
     """Return the rate (m/s) during approach, or 0 during rebound, by the piece of such a law."""
-    return where(current_piece(piece, (0.0,), rate) == 1.0, rate, 0.0)
+    return where(contract.current_piece(piece, (0.0,), rate) == 1.0, rate, 0.0)
 
 
 ANY_RESTITUTION = ranged("restitution", "1", "specified ratio of rebound speed to approach speed", "[0, 1]")
@@ -296,23 +284,23 @@ _by_phase, _by_later_phase = cond(_impact, _after_impact), cond(_prolonged_impac
 with_mass.member(Renewed)(lambda law, mass: law._replace(mass=mass))
 needs_mass.member(Renewed)(lambda law: law.doubling_energy == 0.0)
 needs_onset_rate.member(Renewed)(lambda law: law.doubling_energy > 0.0)
-guards.member(Renewed)(lambda law: (Guard(TOUCHING), Guard(TOUCHING)))
+contract.guards.member(Renewed)(lambda law: (contract.Guard(contract.TOUCHING), contract.Guard(contract.TOUCHING)))
 
 
-@guard_values.member(Renewed)
+@contract.guard_values.member(Renewed)
 def _guard_values_renewed(law, start, contact, root):
     if law.doubling_energy > 0.0:
         return elastic_energy(
             law.elastic, root * root
-        ) - law.doubling_energy, contact.rate if start.contact.rate < 0.0 else NEVER
-    return NEVER, -contact.rate if law.doubling_energy < 0.0 else NEVER
+        ) - law.doubling_energy, contact.rate if start.contact.rate < 0.0 else contract.NEVER
+    return contract.NEVER, -contact.rate if law.doubling_energy < 0.0 else contract.NEVER
 
 
-@latched.member(Renewed)
+@contract.latched.member(Renewed)
 def _latched_renewed(law, event, contact, root):
-    if event == ENTERED:
-        rate = max(contact.rate, ONSET_FLOOR)
+    if event == contract.ENTERED:
+        rate = max(contact.rate, contract.ONSET_FLOOR)
         return (2.0 * law.mass * rate * rate,)
-    if event == LEFT:
+    if event == contract.LEFT:
         return (INITIAL_ENERGY,)
     return (-law.doubling_energy if event == ENERGY_EXCEEDED else 0.0,)

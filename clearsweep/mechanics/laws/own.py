@@ -26,26 +26,8 @@ from ...tracing.compiled.family import is_plain
 from ...tracing.compiled.pinned import array_handle, call_number
 from ...tracing.objects import trace_scene
 from ...tracing.symbols import NotTraceableError
+from . import contract
 from .bearings import elastic_of_elements
-from .contract import (
-    ONSET_FLOOR,
-    OWN_RECIPES,
-    TOUCHING,
-    Guard,
-    InternalState,
-    Recipe,
-    compile_law,
-    depth_variable,
-    distances_past_kinks,
-    guard_values,
-    guards,
-    internal_rates,
-    internal_state,
-    rate_variable,
-    register,
-    require,
-    slip_variable,
-)
 from .elastic import elastic_force, root_parity
 from .film import FilmMotion, film_force
 from .friction import friction_force
@@ -53,14 +35,14 @@ from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_on
 from .sampled import GAIN, MASSES, SPEEDS, Range, attempted, checked, rebound, undeclared_kinks
 
 FAMILIES = {kind: kind for kind in recorded.KINDS} | {"contact": "law"}
-VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
-MAKERS: dict[str, Callable[..., Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
+VARIABLES = {"penetration": contract.depth_variable, "rate": contract.rate_variable, "slip": contract.slip_variable}
+MAKERS: dict[str, Callable[..., contract.Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
 
 
-def maker(kind: str) -> Callable[[Callable[..., Recipe]], Callable[..., Recipe]]:
+def maker(kind: str) -> Callable[[Callable[..., contract.Recipe]], Callable[..., contract.Recipe]]:
     """Return the decorator that registers the function which makes the recipe of a recorded law of a kind."""
 
-    def register(make: Callable[..., Recipe]) -> Callable[..., Recipe]:
+    def register(make: Callable[..., contract.Recipe]) -> Callable[..., contract.Recipe]:
         MAKERS[kind] = make
         return make
 
@@ -72,12 +54,12 @@ def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
 
     digest : hash of all that they depend on; the same hash gives the same recipes.  Raises InputError.
     """
-    if digest not in OWN_RECIPES:
-        recipes: dict[tuple[str, str], Recipe] = {}
+    if digest not in contract.OWN_RECIPES:
+        recipes: dict[tuple[str, str], contract.Recipe] = {}
         for law in records:
-            register(**MAKERS[law.kind](law, description_of(law), digest)._asdict(), recipes=recipes)
-        OWN_RECIPES[digest] = recipes
-    return tuple(recipe.law for recipe in OWN_RECIPES[digest].values())
+            contract.register(**MAKERS[law.kind](law, description_of(law), digest)._asdict(), recipes=recipes)
+        contract.OWN_RECIPES[digest] = recipes
+    return tuple(recipe.law for recipe in contract.OWN_RECIPES[digest].values())
 
 
 def description_of(law: recorded.Law) -> Law:
@@ -161,16 +143,16 @@ def register_kinks_of(law: recorded.Law, law_type: type) -> None:
     if not variables:
         return
 
-    @guards.member(law_type)
+    @contract.guards.member(law_type)
     def guards_of_kinks(law):
-        return (Guard(TOUCHING),) * (2 * len(variables))
+        return (contract.Guard(contract.TOUCHING),) * (2 * len(variables))
 
-    @guard_values.member(law_type)
+    @contract.guard_values.member(law_type)
     def guard_values_of_kinks(law, start, contact, root):
         values = ()
         for i in range(len(variables)):
             before = variables[i](start.law, start.contact, root)
-            values = values + distances_past_kinks(law.kinks[i], before, variables[i](law, contact, root))
+            values = values + contract.distances_past_kinks(law.kinks[i], before, variables[i](law, contact, root))
         return values
 
 
@@ -194,7 +176,7 @@ def parity_of(power: float) -> float:
 
 
 @maker("elastic")
-def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
     kind, values = type_of(law, digest, "law", ("p", "parity", "kinks")), type_of(law, digest, "values", names_of(law))
     evaluate = function_of(law)
 
@@ -224,7 +206,7 @@ def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
                 raise InputError(f"{law.place}: does not grow from penetration {shallow:.4g} to {deep:.4g} m; it must")
         return remarks
 
-    return Recipe(description, (kind,), make, check=check)
+    return contract.Recipe(description, (kind,), make, check=check)
 
 
 def _depths(clearance: float) -> list[float]:
@@ -284,7 +266,7 @@ SPEED_AT_ZERO = 0.1  # m/s, at which the power of a normal force at small penetr
 
 
 @maker("contact")
-def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
     kind = type_of(law, digest, "law", ("p", "sign_past", "kinks"))
     at_rest = type_of(law, digest, "at_rest", ("p", "parity"))
     powers = ("stiffness", "exponent") if description.uses_elastic else ()
@@ -320,7 +302,10 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         values = joint.contact.values
         numbers, names = [values[field.name] for field in law.keys], ()
         if powers and joint.contact.elastic == "power":
-            numbers, names = [*numbers, compile_law("elastic", "power", joint).stiffness, values["exponent"]], powers
+            numbers, names = (
+                [*numbers, contract.compile_law("elastic", "power", joint).stiffness, values["exponent"]],
+                powers,
+            )
         return parameters_of(law, types[names], [*numbers, NO_ELASTIC] if is_python else numbers)
 
     def spring(joint):
@@ -338,7 +323,7 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         if not description.uses_elastic:
             return spring(joint)
         elastic = joint.contact.elastic
-        return elastic_of_elements(joint) if joint.rolling else compile_law("elastic", elastic, joint)
+        return elastic_of_elements(joint) if joint.rolling else contract.compile_law("elastic", elastic, joint)
 
     def bound(joint):
         compiled, elastic = make(joint), elastic_of(joint)
@@ -356,7 +341,7 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
 
     own_spring = None if description.uses_elastic else spring
     derived = functools.partial(_restitutions, bound)
-    return Recipe(description, (kind,), make, derived=derived, spring=own_spring, check=check)
+    return contract.Recipe(description, (kind,), make, derived=derived, spring=own_spring, check=check)
 
 
 def _restitutions(bound: Callable, joint: Joint) -> dict[str, tuple[float, str]]:
@@ -376,7 +361,7 @@ def _check_contact(law: recorded.Law, joint: Joint, force: Callable) -> tuple[st
     """Return remarks on a contact law; raise InputError if its force (N) cannot be used, see `_restitutions`."""
     sampled_force = checked(force, ("penetration", "rate", "onset rate"), law.place)
     depths, shares = [0.0, *_depths(joint.clearance)], (-1.0, -0.3, 0.0, 0.3, 1.0)
-    for depth, onset_rate, share in itertools.product(depths, (ONSET_FLOOR, 0.1, 10.0), shares):
+    for depth, onset_rate, share in itertools.product(depths, (contract.ONSET_FLOOR, 0.1, 10.0), shares):
         sampled_force(depth, share * onset_rate, onset_rate)
     remarks = _check_at_zero(lambda depth: sampled_force(depth, 0.0, 0.1), joint, law)
     for key, (value, _) in _restitutions(lambda _: force, joint).items():
@@ -399,7 +384,7 @@ SETTLED_SLIP = 1.0  # m/s, at which the internal state that long sliding gives i
 
 
 @maker("friction")
-def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
     fields = "p", "sign", "kinks", "scales"
     kind = type_of(law, digest, "law", fields, law.states)
     values, evaluate, count = type_of(law, digest, "values", names_of(law)), function_of(law), law.states
@@ -415,11 +400,11 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
 
     if count:
 
-        @internal_state.member(kind)
+        @contract.internal_state.member(kind)
         def declared(friction):
-            return tuple([InternalState(scale, False) for scale in friction.scales])
+            return tuple([contract.InternalState(scale, False) for scale in friction.scales])
 
-        @internal_rates.member(kind)
+        @contract.internal_rates.member(kind)
         def rates(friction, contact):
             rate = evaluate(friction.p, contact.normal, contact.slip, state_of(friction))[1]
             return (rate,) if count == 1 else rate
@@ -464,7 +449,7 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
         over, kinks = Range("slip", "m/s", -1.0, 1.0), declared_kinks(law, "slip", joint.friction.values)
         return tuple(undeclared_kinks(lambda slip: sampled_force(1.0, slip), over, kinks, law.place))
 
-    return Recipe(description, (kind,), make, check=check)
+    return contract.Recipe(description, (kind,), make, check=check)
 
 
 class _Sliding(NamedTuple):
@@ -501,7 +486,7 @@ def _as_quotient(number: float, keys: Sequence[float]) -> float:
 
 
 @maker("film")
-def _film_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+def _film_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
     given = recorded.KINDS["film"].given
     kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law, *given))
     evaluate = function_of(law)
@@ -533,17 +518,17 @@ def _film_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
             sampled_force(*place)
         return ()
 
-    return Recipe(description._replace(needs=("length",)), (kind,), make, check=check)
+    return contract.Recipe(description._replace(needs=("length",)), (kind,), make, check=check)
 
 
 # ---------------------------------------------------------------------------------------------- figures
 
 
-require("figure")  # runs as Python
+contract.require("figure")  # runs as Python
 
 
 @maker("figure")
-def _figure_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+def _figure_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
     """Return the recipe of a figure; it makes a function (t, channels), which runs as Python."""
     values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
     refuse_address(law)
@@ -552,4 +537,4 @@ def _figure_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         p = parameters_of(law, values, [figure.values[field.name] for field in law.keys])
         return functools.partial(evaluate, p)
 
-    return Recipe(description, (functools.partial,), make)
+    return contract.Recipe(description, (functools.partial,), make)

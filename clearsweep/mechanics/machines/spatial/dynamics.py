@@ -13,22 +13,7 @@ from ....tracing.compiled.vector import Vector, quaternion_accelerations, to_fix
 from .. import contract
 from ..planar.form import evaluate_cycle
 from ..programs import LDL, generated
-from .form import (
-    SPEEDS,
-    AngleAim,
-    Ball,
-    Driven,
-    Hinge,
-    Loose,
-    MachineType,
-    Sleeve,
-    Slide,
-    Tree,
-    axis_x,
-    axis_y,
-    axis_z,
-    transported,
-)
+from . import form
 from .kinematics import (
     NO_VECTOR,
     PosedBodies,
@@ -47,7 +32,7 @@ from .kinematics import (
 
 
 Vectors = dict[int, SpatialVector]  # by the number of a speed
-AXES_OF_FRAME = (axis_x, axis_y, axis_z)
+AXES_OF_FRAME = (form.axis_x, form.axis_y, form.axis_z)
 
 
 class BodyAxis(NamedTuple):
@@ -59,7 +44,7 @@ class BodyAxis(NamedTuple):
 class Dynamics(PosedBodies):
     """The equations of motion; the last speed is that of the crank, which the drive prescribes."""
 
-    def __init__(self, tree: MachineType):
+    def __init__(self, tree: form.MachineType):
         super().__init__(tree, 3)
         self.known = tree.speeds  # the crank's speed
         #: Derivatives by the speeds, for each body; the ground is body 0.
@@ -69,7 +54,7 @@ class Dynamics(PosedBodies):
         self.angular_bias: list[SpatialVector] = [NO_VECTOR]  # angular acceleration without those of the speeds
         self.bias: list[SpatialVector] = [NO_VECTOR]  # acceleration of its centre of mass without those of the speeds
         for body in range(1, len(tree.parts) + 1):
-            self._derive_loose(body) if tree.part(body).form is Loose else self._derive_attached(body)
+            self._derive_loose(body) if tree.part(body).form is form.Loose else self._derive_attached(body)
         self.force: list[list[SpatialVector]] = [[] for _ in range(len(tree.parts) + 1)]
         self.moment: list[list[SpatialVector]] = [[] for _ in range(len(tree.parts) + 1)]
         self._add_inertia_and_gravity()
@@ -105,16 +90,16 @@ class Dynamics(PosedBodies):
         self.own_angular.append({u: own_axes.get(u) or self.to_body_frame(body, spin) for u, spin in angular.items()})
         angular_bias = self._angular_bias(body)
         self.angular_bias.append(angular_bias)
-        if part.form is Slide and not parent:
+        if part.form is form.Slide and not parent:
             self.bias.append(attachment_bias)
         else:
-            self.bias.append(self.call(transported, attachment_bias, angular_bias, self.spin(body), own_arm))
+            self.bias.append(self.call(form.transported, attachment_bias, angular_bias, self.spin(body), own_arm))
 
     def _point_bias(self, body: int, arm: SpatialVector) -> SpatialVector:
         """Return the acceleration of a point of a body, without the accelerations of the speeds."""
         if self.is_nonrotating(body):
             return self.bias[body]
-        return self.call(transported, self.bias[body], self.angular_bias[body], self.spin(body), arm)
+        return self.call(form.transported, self.bias[body], self.angular_bias[body], self.spin(body), arm)
 
     def _angular_bias(self, body: int) -> SpatialVector:
         """Return the angular acceleration of an attached body, without the accelerations of the speeds."""
@@ -122,14 +107,14 @@ class Dynamics(PosedBodies):
         if part.turns_freely:
             return NO_VECTOR
         bias = self.angular_bias[parent]
-        if part.form in (Hinge, Sleeve) and not self.tree.is_vertical(parent):
-            rate = self.pose.rates[part.coordinate + (part.form is Sleeve)]
+        if part.form in (form.Hinge, form.Sleeve) and not self.tree.is_vertical(parent):
+            rate = self.pose.rates[part.coordinate + (part.form is form.Sleeve)]
             bias += self.spin(parent).cross(rate * self.z_axis(parent))
         return bias
 
     def is_nonrotating(self, body: int) -> bool:
         """Return whether a body, or the ground, never rotates."""
-        while body and self.tree.part(body).form is Slide:
+        while body and self.tree.part(body).form is form.Slide:
             body = self.tree.part(body).parent
         return body == 0
 
@@ -137,18 +122,18 @@ class Dynamics(PosedBodies):
         """Add a body's own speeds at its attachment; return angular velocities that are axes of its frame."""
         part, parent = self.tree.part(body), self.tree.part(body).parent
         first_speed, axes = part.speed, {}
-        if part.form is Driven:
+        if part.form is form.Driven:
             angular[self.known], axes[self.known] = self.vertical, BodyAxis(2)
-        elif part.form is Slide:
+        elif part.form is form.Slide:
             linear[first_speed] = self.axis(body)
-        elif part.form is Ball:
+        elif part.form is form.Ball:
             for i in range(3):
                 angular[first_speed + i] = self.call(AXES_OF_FRAME[i], self.frame(body))
                 axes[first_speed + i] = BodyAxis(i)
         else:
-            if part.form is Sleeve:
+            if part.form is form.Sleeve:
                 linear[first_speed] = self.axis(body)
-            rotation_speed = first_speed + (part.form is Sleeve)
+            rotation_speed = first_speed + (part.form is form.Sleeve)
             angular[rotation_speed], axes[rotation_speed] = self.z_axis(parent), BodyAxis(2)
         if not part.turns_freely:  # it shares its z axis with its parent
             axes |= {u: axis for u, axis in self.own_angular[parent].items() if axis == BodyAxis(2)}
@@ -220,7 +205,7 @@ class Dynamics(PosedBodies):
         """Return the accelerations of the coordinates from those of the speeds."""
         values: list[Expr] = []
         for i, part in enumerate(self.tree.parts):
-            own_values = [accelerations[part.speed + k] for k in range(SPEEDS[part.form])]
+            own_values = [accelerations[part.speed + k] for k in range(form.SPEEDS[part.form])]
             if part.turns_freely:
                 spin = self.to_body_frame(i + 1, self.spin(i + 1)).value
                 motion, angular = self.pose.quaternion_motions[i], Vector(*own_values[:3])
@@ -233,7 +218,7 @@ class Dynamics(PosedBodies):
     def output(self, accelerations: dict[int, Expr]) -> Expr:
         """Return the acceleration of the output."""
         tree, body = self.tree, self.tree.aimed
-        if tree.aim is AngleAim:
+        if tree.aim is form.AngleAim:
             return sum_of(accelerations[u] for u in self.angular[body] if u != self.known)
         arm, direction = self.arm(body, self.mechanism.aim.point), SpatialVector(self.mechanism.aim.direction)
         bias = self._point_bias(body, arm)
@@ -256,8 +241,8 @@ def _inertia_product(inertia: SpatialVector, a: BodyAxis | SpatialVector, b: Bod
     return a.dot(inertia.componentwise(b))
 
 
-@generated(MachineType)
-def motion_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def motion_of(tree: form.MachineType) -> Program:
     """Return the program of `contract.accelerate`."""
     dynamics, speeds = Dynamics(tree), range(tree.speeds)
     solution = LDL(speeds, dynamics.entry).solve({u: dynamics.generalised(u) for u in speeds})
@@ -271,20 +256,20 @@ def motion_of(tree: MachineType) -> Program:
 # ---------------------------------------------------------------------------------------------- members of families
 
 
-contract.pose_at.member(Tree)(pose_of)
-contract.gaps.member(Tree)(gaps_of)
-contract.accelerate.member(Tree)(motion_of)
-contract.energy.member(Tree)(energy_of)
-contract.body_motions.member(Tree)(body_motions_of)
-contract.gravity_of.member(Tree)(lambda mechanism: (mechanism.gravity.x, mechanism.gravity.y))
-contract.body_angles.member(Tree)(lambda mechanism, y: bearing_axes_of(mechanism, pose_of(mechanism, y)))
+contract.pose_at.member(form.Tree)(pose_of)
+contract.gaps.member(form.Tree)(gaps_of)
+contract.accelerate.member(form.Tree)(motion_of)
+contract.energy.member(form.Tree)(energy_of)
+contract.body_motions.member(form.Tree)(body_motions_of)
+contract.gravity_of.member(form.Tree)(lambda mechanism: (mechanism.gravity.x, mechanism.gravity.y))
+contract.body_angles.member(form.Tree)(lambda mechanism, y: bearing_axes_of(mechanism, pose_of(mechanism, y)))
 
 
-@contract.output_error.member(Tree)
+@contract.output_error.member(form.Tree)
 def _output_error_tree(mechanism, pose):
     output, output_rate = output_of(mechanism, pose)
     ideal_output, slope = evaluate_cycle(mechanism.cycle, 0, pose.angle)
     return output - ideal_output, output_rate - slope * mechanism.speed
 
 
-contract.describe.member(Tree)(lambda mechanism, y, pose, motion: histories_of(mechanism, pose, y, motion))
+contract.describe.member(form.Tree)(lambda mechanism, y, pose, motion: histories_of(mechanism, pose, y, motion))
