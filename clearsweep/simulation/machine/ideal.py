@@ -169,8 +169,7 @@ def machine_of(mechanism: Mechanism, case: Case) -> Machine | None:
     """Return the planar machine of a case, or None if its mechanism has none; cases that differ elsewhere share it."""
     if not mechanism.machine:
         return None
-    sections = Identity(case.mechanism), Identity(case.loads), Identity(case.outline)
-    return _machine(mechanism.machine, sections, repr((case.drive, _length_of(case))), planar.AlwaysEqual(case))
+    return _machine(mechanism.machine, case)
 
 
 def _length_of(case: Case) -> tuple:
@@ -179,13 +178,15 @@ def _length_of(case: Case) -> tuple:
     return settings.revolutions, settings.period, settings.until is None, case.life is None
 
 
-@functools.lru_cache(maxsize=256)
-def _machine(
-    machine_from: Callable[[Case], Machine], sections: tuple[Identity, ...], drive: str, case: planar.AlwaysEqual
-) -> Machine:
-    """Return the machine of a case, which depends on these `sections` and its `drive` only."""
-    machine: Machine = machine_from(case.value)
-    return machine
+def _parts_of_machine(machine_from: Callable[[Case], Machine], case: Case) -> tuple:
+    """Return what the machine of a case depends on."""
+    sections = Identity(case.mechanism), Identity(case.loads), Identity(case.outline)
+    return machine_from, sections, repr((case.drive, _length_of(case)))
+
+
+@planar.shared_by(_parts_of_machine, 256)
+def _machine(machine_from: Callable[[Case], Machine], case: Case) -> Machine:
+    return machine_from(case)
 
 
 def ideal_motion(case: Case, angles: np.ndarray, times: np.ndarray | None = None) -> IdealMotion | None:
@@ -214,27 +215,23 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
         bounds = [2.0 * math.pi * bound for bound in turn_range]
         rows = [per_cycle * time for time in planar.discontinuity_times(machine)]
         knots = tuple(row for row in rows if bounds[0] < row < bounds[1])
-    return _peaks(planar.machine_key(machine), turn_range, period, knots, planar.AlwaysEqual(machine))
+    return _peaks(machine, turn_range, period, knots)
 
 
-@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
+# the cases of a sweep share few mechanisms and speeds
+@planar.shared_by(lambda machine, *further: (planar.machine_key(machine), further), 256)
 def _peaks(
-    key: bytes,
-    turn_range: tuple[float, float],
-    period: float | None,
-    knots: tuple[float, ...],
-    machine: planar.AlwaysEqual,
+    machine: Machine, turn_range: tuple[float, float], period: float | None, knots: tuple[float, ...]
 ) -> Mapping[str, float]:
-    """Return the result of `peaks` for a machine with this key; period : s, of a cycle in place of a revolution."""
-    start, direction = machine.value.drive.start_angle, planar.direction_of(machine.value.drive)
+    """Return the result of `peaks` for a machine; period : s, of a cycle in place of a revolution."""
+    drive: Any = machine.drive
+    start, direction = drive.start_angle, planar.direction_of(drive)
     if period is None:
-        return peaks(
-            lambda angles: planar.ideal_reactions(machine.value, start + direction * angles), turn_range, knots
-        )
-    turns_per_cycle = period * planar.ideal_of(machine.value).reference_rate() / (2.0 * math.pi)
+        return peaks(lambda angles: planar.ideal_reactions(machine, start + direction * angles), turn_range, knots)
+    turns_per_cycle = period * planar.ideal_of(machine).reference_rate() / (2.0 * math.pi)
     seconds = period / (2.0 * math.pi)
     return peaks(
-        lambda angles: planar.ideal_reactions(machine.value, seconds * angles, over_time=True),
+        lambda angles: planar.ideal_reactions(machine, seconds * angles, over_time=True),
         turn_range,
         knots,
         min(max(1.0, turns_per_cycle), MAX_TURNS_PER_CYCLE),

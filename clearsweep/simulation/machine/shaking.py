@@ -111,12 +111,11 @@ def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
         spots.append(_Spot(place.name.replace("-", "_"), place.body, arm, axes))
     unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
     return _ideal_shaking(
-        planar.machine_key(machine),
+        machine,
         turn_range,
         () if case.simulate.period else knots_of_loads(case, tables, turn_range),
         case.simulate.period,
         (tuple(spots), unreacted, outline.orders if outline else 0, point_of_moment(vibration.frame, machine)),
-        planar.AlwaysEqual(machine),
     )
 
 
@@ -159,18 +158,19 @@ def point_of_moment(frame: Frame, machine: Machine) -> tuple[float, float]:
     return x, y
 
 
-@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
+# the cases of a sweep share few mechanisms and speeds
+@planar.shared_by(lambda machine, *further: (planar.machine_key(machine), further), 256)
 def _ideal_shaking(
-    key: bytes,
+    machine: Machine,
     turn_range: tuple[float, float],
     knots: tuple[float, ...],
     period: float | None,
     observed: tuple[tuple[_Spot, ...], tuple[str, ...], int, tuple[float, float]],
-    machine: planar.AlwaysEqual,
 ) -> IdealShaking:
-    """Return the shaking of a machine with this key over a range of revolutions, or of cycles of a `period` (s)."""
-    (spots, unreacted, orders, about), drive = observed, machine.value.drive
-    shaking = _Shaking(machine.value, about, unreacted, over_time=period is not None)
+    """Return the shaking of a machine over a range of revolutions, or of cycles of a `period` (s)."""
+    drive: Any = machine.drive
+    spots, unreacted, orders, about = observed
+    shaking = _Shaking(machine, about, unreacted, over_time=period is not None)
     start, scale, count = drive.start_angle, planar.direction_of(drive), SAMPLES_PER_TURN
     if period is not None:
         start, scale = 0.0, period / (2.0 * math.pi)

@@ -1,6 +1,5 @@
 """Builds planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
-import functools
 import itertools
 import math
 from collections.abc import Iterable, Mapping
@@ -55,7 +54,7 @@ from .form import (
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
-from .stations import AlwaysEqual, geometry_of, initial_coordinate
+from .stations import geometry_of, initial_coordinate, shared_by
 from .structure import ANGLE, BEND, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- elastic links
@@ -391,16 +390,11 @@ def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
     return form._replace(dependent=tuple(map(as_empty_tuples, dependent)), cycle=cycle)
 
 
+@shared_by(lambda ideal_machine, form, _: (geometry_of(ideal_machine.full_machine), kinds_of(form)))
 def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
-    kinds = kinds_of(form)
-    inputs = AlwaysEqual((form, machine_type(kinds), coordinates, ideal_machine.stations.is_closed))
-    return _cached_dependent_indices(geometry_of(ideal_machine.full_machine), kinds, inputs)
-
-
-@functools.lru_cache(maxsize=64)
-def _cached_dependent_indices(key: bytes, kinds: tuple, inputs: AlwaysEqual) -> tuple[int, ...]:
-    return tuple(choose_dependent(*inputs.value))
+    is_closed = ideal_machine.stations.is_closed
+    return tuple(choose_dependent(form, machine_type(kinds_of(form)), coordinates, is_closed))
 
 
 def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:

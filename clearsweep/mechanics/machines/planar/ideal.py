@@ -10,7 +10,6 @@ import numpy as np
 
 from ....contracts.machine import (
     GROUND,
-    Aim,
     BodyPoint,
     Braking,
     Constant,
@@ -38,7 +37,7 @@ from .drives import compile_drive, motion_at, motion_table, passage_time, schedu
 from .form import Bent, Housing, Mass, Segment, compile_bent
 from .free_crank import CrankHistory, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
-from .stations import AlwaysEqual, determined, geometry_of, initial_coordinate, stations_of
+from .stations import determined, geometry_of, initial_coordinate, shared_by, stations_of
 from .structure import ANGLE, BEND, INTEGRAL, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
 # ---------------------------------------------------------------------------------------------- motion and forces
@@ -150,16 +149,19 @@ class IdealMachine:
         x, y, dx, dy = (distal.x - proximal.x, distal.y - proximal.y, distal.dx - proximal.dx, distal.dy - proximal.dy)
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
+    @shared_by(lambda ideal, coordinate: (geometry_of(ideal.full_machine), coordinate), 256)
     def coordinate_over_revolution(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a coordinate at the stations and its derivatives by the crank's angle, the second approximately.
 
         Machines that differ in masses, loads and speeds share these arrays.
         """
-        return _coordinate_over_revolution(geometry_of(self.full_machine), coordinate, AlwaysEqual(self))
+        values, slopes = self.coordinate(coordinate, self.revolution)
+        return values, slopes, np.gradient(slopes, self.revolution.angles, edge_order=2)
 
+    @shared_by(lambda ideal: (geometry_of(ideal.full_machine), ideal.machine.aim))
     def output_over_revolution(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output at the stations and its first two derivatives by the crank's angle, shared likewise."""
-        return _output_over_revolution(geometry_of(self.full_machine), self.machine.aim, AlwaysEqual(self))
+        return self.output_at(self.revolution)
 
     def motion(self, at: np.ndarray, compiled_form: Callable[[], tuple], *, over_time: bool = False) -> IdealMotion:
         """Return the motion of the output and the reactions at crank angles (N,) rad from its start on.
@@ -466,28 +468,20 @@ def masses_of(machine: Machine) -> list[Mass | Segment | Housing | Bent]:
     return masses
 
 
+def machine_key(machine: Machine) -> bytes:
+    """Return a key that equal machines share; a machine is pickled only once."""
+    return _pickled(Identity(machine))
+
+
 @functools.lru_cache(maxsize=256)
-def _coordinate_over_revolution(key: bytes, coordinate: Coordinate, ideal_machine: AlwaysEqual) -> tuple:
-    """Return the result of the method of this name for machines of one geometry."""
-    revolution = ideal_machine.value.revolution
-    values, slopes = ideal_machine.value.coordinate(coordinate, revolution)
-    return values, slopes, np.gradient(slopes, revolution.angles, edge_order=2)
+def _pickled(machine: Identity) -> bytes:
+    return pickle.dumps(machine.value)
 
 
-@functools.lru_cache(maxsize=64)
-def _output_over_revolution(key: bytes, aim: Aim, ideal_machine: AlwaysEqual) -> tuple:
-    """Return the result of the method of this name for machines of one geometry."""
-    return ideal_machine.value.output_at(ideal_machine.value.revolution)  # type: ignore[no-any-return]
-
-
-@functools.lru_cache(maxsize=64)
-def _cached_ideal(key: bytes, machine: AlwaysEqual) -> IdealMachine:
-    return IdealMachine(machine.value)
-
-
+@shared_by(machine_key)
 def ideal_of(machine: Machine) -> IdealMachine:
     """Return the Ideal of a machine; the cases of a sweep share few of them."""
-    return _cached_ideal(machine_key(machine), AlwaysEqual(machine))
+    return IdealMachine(machine)
 
 
 def slot_travel(machine: Machine, slot: str) -> np.ndarray:
@@ -506,22 +500,8 @@ def slot_travel(machine: Machine, slot: str) -> np.ndarray:
     return travel[np.arange(math.floor(low), math.ceil(high) + 1) % STATIONS]
 
 
+@shared_by(geometry_of)
 def rival_assembly(machine: Machine) -> dict[str, tuple[float, float]]:
     """Return the angles (rad) at the start, as taken and of another assembly, of bodies whose angle is a tie; or {}."""
-    return _rival_assembly(geometry_of(machine), AlwaysEqual(machine))
-
-
-@functools.lru_cache(maxsize=64)
-def _rival_assembly(key: bytes, machine: AlwaysEqual) -> dict[str, tuple[float, float]]:
-    ideal_machine = ideal_of(machine.value)
+    ideal_machine = ideal_of(machine)
     return ideal_machine.closure.rival_of(ideal_machine.revolution.q[0], float(ideal_machine.revolution.angles[0]))
-
-
-def machine_key(machine: Machine) -> bytes:
-    """Return a key that equal machines share; a machine is pickled only once."""
-    return _pickled(Identity(machine))
-
-
-@functools.lru_cache(maxsize=256)
-def _pickled(machine: Identity) -> bytes:
-    return pickle.dumps(machine.value)

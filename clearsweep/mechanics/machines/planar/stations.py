@@ -7,8 +7,8 @@ Stations hold quantities of the geometry alone.
 import functools
 import math
 import pickle
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -123,17 +123,37 @@ SAME_PLACE, SAME_TURN = 1e-9, 1e-9  # of the machine's size, and turns: rounding
 ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
 
 
-class AlwaysEqual:
-    """A value that equals any other, so a cache finds results by the other parts of a key."""
+class _AlwaysEqual:
+    """A value that equals any other, so that a cache finds results by the other parts of a key."""
 
     def __init__(self, value: Any):
         self.value = value
 
     def __eq__(self, other_value: object) -> bool:
-        return isinstance(other_value, AlwaysEqual)
+        return isinstance(other_value, _AlwaysEqual)
 
     def __hash__(self) -> int:
         return 0
+
+
+Function = TypeVar("Function", bound=Callable)
+
+
+def shared_by(key_of: Callable, size: int = 64) -> Callable[[Function], Function]:
+    """Return a decorator that lets calls share their result if `key_of`, which takes their arguments, is equal."""
+
+    def decorate(function: Function) -> Function:
+        @functools.lru_cache(maxsize=size)
+        def shared(key: Hashable, arguments: _AlwaysEqual) -> Any:
+            return function(*arguments.value)
+
+        @functools.wraps(function)
+        def call(*arguments: Any) -> Any:
+            return shared(key_of(*arguments), _AlwaysEqual(arguments))
+
+        return call
+
+    return decorate
 
 
 class Stations:
@@ -233,11 +253,6 @@ def _points_in_use(machine: Machine) -> list[BodyPoint]:
     return [*used, BodyPoint(machine.aim.body, machine.aim.point)] if machine.aim.point else used
 
 
-def stations_of(machine: Machine) -> Stations:
-    """Return the Stations of a machine; cases that differ in masses and loads share them."""
-    return _shared_stations(geometry_of(machine), AlwaysEqual(machine))
-
-
 def geometry_of(machine: Machine) -> bytes:
     """Return the key of everything that determines the positions of a machine, without masses, loads and speeds."""
     bodies = {name: (tuple(body.center), dict(body.points), body.initial) for name, body in machine.bodies.items()}
@@ -249,9 +264,10 @@ def geometry_of(machine: Machine) -> bytes:
     return pickle.dumps((bodies, joints, springs, machine.driven, _points_in_use(machine), *start))
 
 
-@functools.lru_cache(maxsize=64)
-def _shared_stations(key: bytes, machine: AlwaysEqual) -> Stations:
-    return Stations(Closure(machine.value), machine.value.drive.start_angle, machine.value.visited)
+@shared_by(geometry_of)
+def stations_of(machine: Machine) -> Stations:
+    """Return the Stations of a machine; cases that differ in masses and loads share them."""
+    return Stations(Closure(machine), machine.drive.start_angle, machine.visited)
 
 
 def _part_of_revolution(closure: Closure, start: float, low: float, high: float) -> tuple[MachineStates, np.ndarray]:
