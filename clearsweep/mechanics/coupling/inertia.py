@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ...tracing.compiled.choosing import none_of, where
+from ...tracing.compiled.choosing import none_of, replaced, where
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel, known
 from ..joints.contract import (
@@ -175,7 +175,7 @@ def _gains_of(limit, i, inputs):
     if limit == 0.0:
         return tuple([as_type_of(0.0, rate) for rate in inputs.rates])
     force_increment = abs(plain(limit)) + MIN_FORCE_INCREMENT
-    forces = (*inputs.forces[:i], inputs.forces[i] + force_increment, *inputs.forces[i + 1 :])
+    forces = replaced(inputs.forces, i, inputs.forces[i] + force_increment)
     loads = _with_grip_forces(inputs.grips, inputs.loads, forces, forces)
     rates = slip_rates(inputs.scene, inputs.y, inputs.pose, inputs.grips, loads)
     return tuple([(loaded - base) / force_increment for loaded, base in zip(rates, inputs.rates, strict=True)])
@@ -211,14 +211,14 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
             force_change = (-scene.reference_rate * grips[j].slip - rates[j]) / gains[j][j]
             largest_change = max(largest_change, abs(force_change / limits[j]))
             rates = tuple([rate + gain * force_change for rate, gain in zip(rates, gains[j], strict=True)])
-            forces = (*forces[:j], forces[j] + force_change, *forces[j + 1 :])
+            forces = replaced(forces, j, forces[j] + force_change)
         if largest_change < FORCE_TOLERANCE:
             break
     stopping_forces = forces
     for j in range(len(limits)):
         if limits[j] != 0.0:
             stopping_change = (-scene.reference_rate * grips[j].slip - rates[j]) / gains[j][j]
-            stopping_forces = (*stopping_forces[:j], forces[j] + stopping_change, *stopping_forces[j + 1 :])
+            stopping_forces = replaced(stopping_forces, j, forces[j] + stopping_change)
     return _with_grip_forces(grips_of_joints, loads, forces, stopping_forces)
 
 

@@ -15,7 +15,18 @@ from .family import Routine, inlined, shaped
 # Choice between values in kernels whose numbers may be in vector lanes, where branches are impossible.
 
 
-__all__ = ["bits_of", "cond", "lane_range", "none_of", "number_of", "rolled_range", "table_item", "total_of", "where"]
+__all__ = [
+    "bits_of",
+    "cond",
+    "lane_range",
+    "none_of",
+    "number_of",
+    "replaced",
+    "rolled_range",
+    "table_item",
+    "total_of",
+    "where",
+]
 
 
 def rolled_range(*bounds):
@@ -62,6 +73,12 @@ def cond(if_true, if_false):
 def none_of(condition):
     """Return whether a condition is true in no lane."""
     return not condition
+
+
+@inlined
+def replaced(items, index, item):
+    """Return a tuple with another item at an index, which may be known only at run time."""
+    return tuple([item if i == index else other for i, other in enumerate(items)])
 
 
 register_emitter(none_of)(activation.none_of)

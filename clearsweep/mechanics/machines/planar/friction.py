@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from ....tracing.compiled import calculus
-from ....tracing.compiled.choosing import where
+from ....tracing.compiled.choosing import replaced, where
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, inlined, kernel, known
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
@@ -267,7 +267,7 @@ def accelerate_with_friction(mechanism, pose, loads):
     if sticks:
         _, normals, slip_rates = under_friction(mechanism, pose, loads, friction)
         compliances = [
-            under_friction(mechanism, pose, loads, _replaced(friction, i, friction[i] + 1.0))[2][k] - slip_rates[k]
+            under_friction(mechanism, pose, loads, replaced(friction, i, friction[i] + 1.0))[2][k] - slip_rates[k]
             for k, i in enumerate(_sticking(contacts))
         ]
     valid = 1.0
@@ -313,7 +313,7 @@ def _slowed(mechanism, pose, loads, contacts, slips, compliances, stuck, frictio
         stopping_force = friction[i] - (slip_rates[k] + decay * slips[i]) / where(can_stick, compliances[k], 1.0)
         stopping_force = min(max(stopping_force, -limit), limit)
         bounded = where(can_stick, stopping_force, friction[i])
-        friction = _replaced(friction, i, where(stuck[i], bounded, friction[i]))
+        friction = replaced(friction, i, where(stuck[i], bounded, friction[i]))
     return friction, normals
 
 
@@ -321,12 +321,6 @@ def _slowed(mechanism, pose, loads, contacts, slips, compliances, stuck, frictio
 def _sticking(contacts):
     """Return the indices of the surfaces that can stick."""
     return [i for i in range(len(contacts)) if contacts[i].sticks]
-
-
-@inlined
-def _replaced(items, i, item):
-    """Return a tuple with another item number `i`."""
-    return (*items[:i], item, *items[i + 1 :])
 
 
 def _slip(bodies: Bodies, friction_load: FrictionLoad) -> Expr:

@@ -111,6 +111,7 @@ def _check_mobility(
 
 
 def joint_named(machine: Machine, name: str):
+    """Return the joint of this name."""
     return next(joint for joint in machine.joints if joint.name == name)
 
 
