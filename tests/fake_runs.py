@@ -7,6 +7,7 @@ import copy
 import hashlib
 import itertools
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -113,6 +114,11 @@ class OfFrame:
     def marks(self):
         """Return the marks of its blocks: one block."""
         return []
+
+    @property
+    def parts(self):
+        """Return the parts of the store, with the identities of their cases: one."""
+        return [SimpleNamespace(ids=np.array([int(text, 16) for text in self.summary["case_id"]], "u8"))]
 
     @property
     def columns(self):

@@ -92,13 +92,13 @@ def test_the_closing_table_says_the_same(pair):
 
 
 def test_the_answer_of_very_many_cases_counts_them_all_and_judges_no_design(pair, monkeypatch):
-    cut, whole = (summary.of_run(result)["answer"] for result in pair)
+    cut, whole = (clearsweep.open(result.directory).answer for result in pair)
     monkeypatch.setattr(results, "MOST_READ", 8)
-    part = summary.of_run(pair[0])["answer"]
+    part = clearsweep.open(pair[0].directory).answer
     assert part["cases"] == cut["cases"] == whole["cases"]
     assert (part["complete"], part["designs"], part["effects"]) == (False, [], [])
     assert part["extremes"] == whole["extremes"]
-    assert summary.of_run(pair[1])["answer"] == whole  # one piece is always read as a whole
+    assert clearsweep.open(pair[1].directory).answer == whole  # one piece is always read as a whole
 
 
 def test_a_case_is_found_and_read_as_in_one_piece(pair):

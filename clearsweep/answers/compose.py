@@ -59,7 +59,7 @@ class Source(NamedTuple):
 
     record: Mapping[str, Any]  # run.json
     layout: Layout
-    read: Reader  # returns a column of all stored cases, (n,); numbers as floats, texts as objects
+    read: Reader  # returns a column of all stored cases, (n,): numbers, texts as objects, identities as bytes
     base_laws: Mapping[str, str] = {}  # path of a law that `check_laws` varies -> the law of the grid
     complete: bool = True
     search: Sequence[Mapping[str, Any]] = ()  # rows of the table of a search
@@ -113,7 +113,7 @@ def compose(source: Source) -> dict[str, Any]:
     }
     answer |= {"cases": dict(counts)} if counts and record.get("limits") else {}
     answer |= _details(source, cases, columns, answer)
-    is_ok = np.array([value == "ok" for value in columns["status"].tolist()], bool)
+    is_ok = columns["status"] == "ok"
     words = Words(record, layout, lambda name: columns[name][is_ok])
     if check := _law_check(source, columns, is_ok & ~own, answer, words):
         answer["laws"] = check
@@ -194,8 +194,8 @@ def _with_unrun(
             added: list[Any] = [key[paths.index(name)] for key in unrun]
         else:
             added = [{"case_id": "", "status": NOT_RUN}.get(name)] * len(unrun)
-        if values.dtype.kind == "O":
-            return np.concatenate([values, np.array([*added, None], object)[:-1]])
+        if values.dtype.kind in "OS":
+            return np.concatenate([values, np.array([*added, None], object)[:-1].astype(values.dtype)])
         return np.concatenate([values, np.array([np.nan if value is None else value for value in added], float)])
 
     return _Columns(read, {*columns.names}), np.append(own, np.ones(len(unrun), bool))
@@ -257,7 +257,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
     details["tried"] = len(columns["case_id"])
     if answer["question"] == "optimise" and cases.limits and answer["search"]:
         all_cases = Cases(record, columns)
-        of_case = dict(zip(all_cases.values("case_id").tolist(), all_cases.verdicts.tolist(), strict=True))
+        of_case = dict(zip(all_cases.values("case_id").astype(str).tolist(), all_cases.verdicts.tolist(), strict=True))
         details["best_met"] = of_case.get(answer["search"][0]["case_id"]) == MET
     if not cases.limits and answer["question"] in LEADING:
         details["suggestion"] = _suggested_limit(source, cases, answer["question"], details["extremes"])
@@ -328,8 +328,7 @@ def _extremes(source: Source, cases: Cases, column: Any) -> dict[str, Any] | Non
     ends = {"smallest": int(np.nanargmin(values)), "largest": int(np.nanargmax(values))}
     entry: dict[str, Any] = {"figure": column.name}
     for name, row in ends.items():
-        case_id = str(cases.values("case_id")[row])
-        entry[name] = {"value": float(values[row]), "case": case_id, "values": _values_of(cases, row)}
+        entry[name] = {"value": float(values[row]), "case": cases.case_id(row), "values": _values_of(cases, row)}
         entry[name] |= _more(source, cases, column, row, name)
     return entry
 
@@ -368,8 +367,7 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
         life = read_lifetime(
             {name: float(cases.numbers(field)[row]) for name, field in fields.items() if field in names}
         )
-        case_id = str(cases.values("case_id")[row])
-        body = source.worn_body(case_id)
+        body = source.worn_body(cases.case_id(row))
         return {"interval": interval_text(life), "spread": spread_text(life), "body": body}
     return {}
 
@@ -417,7 +415,7 @@ def _settings(cases: Cases, case_ids: Sequence[str]) -> dict[str, dict[str, Any]
     """Return the conditions of some cases, by case."""
     wanted, conditions_by_case = set(case_ids), {}
     conditions = cases.paths_of(catalogue.CONDITION, catalogue.MODEL, catalogue.UNCERTAINTY)
-    for row, case_id in enumerate(cases.values("case_id").tolist() if wanted else ()):
+    for row, case_id in enumerate(cases.values("case_id").astype(str).tolist() if wanted else ()):
         if case_id in wanted:
             values = _values_of(cases, row)
             conditions_by_case[case_id] = {path: values[path] for path in conditions if path in values}
@@ -449,13 +447,13 @@ def _nearest_of(
             is_tried &= np.array([value == row[path] for value in columns[path].tolist()], bool)
     of_path = {path: catalogue.CHOICE if path in paths else catalogue.CONDITION for path in record["units"]}
     tried = judge({**record, "roles": of_path}, columns, own=is_tried.tolist(), figures=())
-    failed = int((is_tried & np.array([value != "ok" for value in columns["status"].tolist()], bool)).sum())
+    failed = int((is_tried & (columns["status"] != "ok")).sum())
     entry: dict[str, Any] = {"case": None, "tried": int(is_tried.sum()), "failed": failed}
     best = next((design for design in tried["designs"] if design["verdict"] == "exceeds"), None)
     if best is None:
         return entry
     values = dict(best["values"])
-    index = [str(case_id) for case_id in columns["case_id"].tolist()].index(best["worst"])
+    index = columns["case_id"].astype(str).tolist().index(best["worst"])
     for path in record["units"]:
         values.setdefault(path, named_value(record, path, columns[path][index]))
     return (

@@ -430,7 +430,7 @@ def _point(
             "high": float(statistics[figure][group, 2].max()),
             "starts": len(group),
             "share": len(group) / len(rows),
-            "cases": [str(cases.values("case_id")[row]) for row in group[:MAX_CASES].tolist()],
+            "cases": [cases.case_id(row) for row in group[:MAX_CASES].tolist()],
         }
         for median, group in sorted(zip(means[figure], groups, strict=True), key=lambda pair: pair[0])
     ]

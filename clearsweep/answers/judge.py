@@ -21,6 +21,7 @@ from .judged import (
     Key,
     binomial_interval,
     codes_of,
+    combined_codes,
     fineness_of,
     median,
     partial_rank_correlation,
@@ -101,54 +102,45 @@ def _fix_one_another(codes: np.ndarray, other: np.ndarray) -> bool:
     return pairs == len({*codes.tolist()}) == len({*other.tolist()})
 
 
-def blocks_of(codes: Mapping[str, np.ndarray], axis: Axis) -> list[np.ndarray]:
-    """Return the cases that differ on one axis alone, as arrays of indices with ascending codes.
+def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray) -> np.ndarray:
+    """Return a figure of the cases that differ on one axis alone, (blocks, levels); NaN where it is unknown.
+
+    Blocks count whose figure is known at both ends of the axis, or of words at every value.
 
     codes : path -> (n,) index of each case's value, -1: not used
+    values : (n,) of each case
     """
-    used = np.flatnonzero(axis.codes >= 0)
-    group = np.zeros(len(used), np.int64)
-    for path, of_path in codes.items():
-        if path not in axis.paths:
-            group = group * (int(of_path.max(initial=0)) + 2) + of_path[used] + 1
-            group = np.unique(group, return_inverse=True)[1].reshape(-1)
-    order = np.lexsort([axis.codes[used], group])
-    ends = np.flatnonzero(np.diff(group[order])) + 1
-    return np.split(used[order], ends) if len(used) else []
+    known = np.flatnonzero((axis.codes >= 0) & np.isfinite(values))
+    others = [of_path[known] for path, of_path in codes.items() if path not in axis.paths]
+    group, level, last = combined_codes(others, len(known)), axis.codes[known], len(axis.levels) - 1
+    ends = range(last + 1) if axis.is_text else (0, last)
+    has_ends = [np.isin(np.arange(group.max(initial=-1) + 1), group[level == end]) for end in ends]
+    number = np.cumsum(np.all(has_ends, axis=0)) - 1
+    blocks = np.full((number.max(initial=-1) + 1, last + 1), np.nan)
+    is_used = np.all(has_ends, axis=0)[group]
+    blocks[number[group[is_used]], level[is_used]] = values[known[is_used]]
+    return blocks
 
 
-def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray) -> list[np.ndarray]:
-    """Return the blocks whose figure is known at both ends of the axis, or of words at every value; values : (n,)."""
-    blocks = [block[np.isfinite(values[block])] for block in blocks_of(codes, axis)]
-    last = len(axis.levels) - 1
-    if axis.is_text:
-        return [block for block in blocks if len({*axis.codes[block].tolist()}) == last + 1]
-    return [block for block in blocks if block.size and {0, last} <= {*axis.codes[block].tolist()}]
-
-
-def verdict_on(axis: Axis, blocks: Sequence[np.ndarray], values: np.ndarray) -> str:
-    """Return the verdict on the differences of a figure between the values of an axis; values : (n,) SI."""
-    lines = [_line(axis.codes[block], values[block], len(axis.levels) - 1) for block in blocks]
+def verdict_on(axis: Axis, blocks: np.ndarray) -> str:
+    """Return the verdict on the differences of a figure between the values of an axis; blocks : (blocks, levels) SI."""
     if not axis.is_text:
-        return MIXED if any(_turns_back(line) for line in lines) else _trend(lines)
-    return NONE if all(_is_none(float(np.nanmin(line)), float(np.nanmax(line))) for line in lines) else DIFFERS
+        return MIXED if _turns_back(blocks).any() else _trend(blocks)
+    return NONE if _is_none(blocks.min(axis=1), blocks.max(axis=1)).all() else DIFFERS
 
 
 def _effect(cases: Cases, axis: Axis, values: np.ndarray, share: float) -> dict[str, Any]:
     """Return the effect of an axis on a figure; values : (n,) SI, NaN for null."""
     last = len(axis.levels) - 1
     codes = {path: of_path for path, (_, of_path) in cases.codes.items()}
-    blocks = known_blocks(codes, axis, values) if 1 <= last <= MAX_LEVELS else []
+    blocks = known_blocks(codes, axis, values) if 1 <= last <= MAX_LEVELS else np.empty((0, 0))
     entry: dict[str, Any] = {"verdict": NOT_DECIDED, "from": None, "to": None, "pairs": len(blocks)}
-    if not blocks:
+    if not len(blocks):
         return entry | {"share": None, "method": "pairs", **_tied(axis)}
-    lines = [_line(axis.codes[block], values[block], last) for block in blocks]
-    medians = np.array(
-        [median(column[np.isfinite(column)]) for column in np.array(lines).T]
-    )  # NaN where none has a case
-    entry |= {"verdict": verdict_on(axis, blocks, values)}
-    reversals = sum(map(_turns_back, lines))
-    if entry["verdict"] == MIXED and 2 * reversals <= len(lines) and (trend := _trend(lines)) in (RISES, FALLS):
+    medians = np.array([median(column[np.isfinite(column)]) for column in blocks.T])  # NaN where none has a case
+    entry |= {"verdict": verdict_on(axis, blocks)}
+    reversals = int(np.count_nonzero(_turns_back(blocks)))
+    if entry["verdict"] == MIXED and 2 * reversals <= len(blocks) and (trend := _trend(blocks)) in (RISES, FALLS):
         entry |= {"trend": trend, "reversed": reversals}  # between the ends, which most blocks keep on the way
     entry |= {"share": None if math.isnan(share) else float(share), "method": "pairs"}
     if axis.is_text:
@@ -164,17 +156,11 @@ def _tied(axis: Axis) -> dict[str, list[str]]:
     return {"with": list(axis.paths[1:])} if len(axis.paths) > 1 else {}
 
 
-def _line(codes: np.ndarray, values: np.ndarray, last: int) -> np.ndarray:
-    """Return the figure of a block at each value of the axis, (levels,); NaN where it is unknown."""
-    line = np.full(last + 1, np.nan)
-    line[codes] = values
-    return line
-
-
-def _trend(lines: Sequence[np.ndarray]) -> str:
+def _trend(blocks: np.ndarray) -> str:
     """Return the verdict on the differences of blocks between both ends of an axis, whatever is between them."""
-    signs = [0 if _is_none(line[0], line[-1]) else 1 if line[-1] > line[0] else -1 for line in lines]
-    rising, falling = signs.count(1), signs.count(-1)
+    start, end = blocks[:, 0], blocks[:, -1]
+    differs = ~_is_none(start, end)
+    rising, falling = int(np.count_nonzero(differs & (end > start))), int(np.count_nonzero(differs & (end <= start)))
     if not rising and not falling:
         return NONE
     if rising and falling and sign_test(rising, falling) > SIGNIFICANCE:
@@ -182,21 +168,19 @@ def _trend(lines: Sequence[np.ndarray]) -> str:
     return RISES if rising > falling else FALLS
 
 
-def _is_none(start: float, end: float) -> bool:
+def _is_none(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return whether two figures differ by at most a hundredth of the larger one."""
-    return abs(end - start) <= MIN_DIFFERENCE * max(abs(start), abs(end))
+    return np.abs(end - start) <= MIN_DIFFERENCE * np.maximum(np.abs(start), np.abs(end))
 
 
-def _turns_back(line: np.ndarray) -> bool:
-    """Return whether a block runs against its own direction by more than a tenth of its range."""
-    known = line[np.isfinite(line)]
-    low, high = float(known.min()), float(known.max())
-    if len(known) < 3 or _is_none(low, high):
-        return False
-    fall = float((np.maximum.accumulate(known) - known).max())
-    rise = float((known - np.minimum.accumulate(known)).max())
-    reversal = fall if known[-1] > known[0] else rise if known[-1] < known[0] else min(fall, rise)
-    return reversal > MAX_REVERSAL * (high - low)
+def _turns_back(blocks: np.ndarray) -> np.ndarray:
+    """Return which blocks, known at both ends, run against their own direction by more than a tenth of their range."""
+    start, end, low, high = blocks[:, 0], blocks[:, -1], np.nanmin(blocks, axis=1), np.nanmax(blocks, axis=1)
+    fall = np.nanmax(np.fmax.accumulate(blocks, axis=1) - blocks, axis=1)
+    rise = np.nanmax(blocks - np.fmin.accumulate(blocks, axis=1), axis=1)
+    reversal = np.where(end > start, fall, np.where(end < start, rise, np.minimum(fall, rise)))
+    is_counted = (np.isfinite(blocks).sum(axis=1) > 2) & ~_is_none(low, high)
+    return is_counted & (reversal > MAX_REVERSAL * (high - low))
 
 
 def sign_test(first: int, second: int) -> float:
@@ -214,7 +198,7 @@ def _rank_effects(cases: Cases, drawn: Sequence[str], values: np.ndarray) -> lis
     for path, variable in variables.items():
         entry: dict[str, Any] = {"verdict": NOT_DECIDED, "from": None, "to": None, "pairs": len(known)}
         entry |= {"share": None, "method": "ranks"}
-        if len(known) >= MIN_DRAWS and _is_none(float(known.min()), float(known.max())):
+        if len(known) >= MIN_DRAWS and _is_none(known.min(), known.max()):
             entry["verdict"] = NONE
         elif len(known) >= MIN_DRAWS:
             others = [other for name, other in variables.items() if name != path]
@@ -376,7 +360,7 @@ def _worst(cases: Cases, rows: Sequence[int]) -> dict[str, Any]:
         for fact in facts
     ]
     index = min(range(len(rows)), key=lambda place: (order[place], -place))  # of equal ones the last, as in tables
-    return facts[index] | {"worst": str(cases.values("case_id")[rows[index]])}
+    return facts[index] | {"worst": cases.case_id(rows[index])}
 
 
 def _margin_of(cases: Cases, row: int) -> dict[str, Any]:

@@ -49,8 +49,7 @@ class Cases:
             self._all_rows = self._rows
             self._rows = self._rows[is_finest]
         self.codes = {path: codes_of(self.values(path)) for path in self.paths if path not in numerics}
-        status = self.values("status")
-        self.is_finished = np.array([value == "ok" for value in status.tolist()], bool)
+        self.is_finished = self.values("status") == "ok"
 
     def __len__(self) -> int:
         return len(self._rows)
@@ -75,14 +74,17 @@ class Cases:
         """Return a column of the judged cases."""
         return _array(self._columns[name])[self._rows]
 
+    def case_id(self, row: int) -> str:
+        """Return the identity of a judged case."""
+        return str(_array(self._columns["case_id"])[self._rows[[row]]].astype(str)[0])
+
     def numbers(self, name: str) -> np.ndarray:
         """Return a figure of the judged cases as floats; NaN where it is missing or the case failed."""
         return np.where(self.is_finished, _floats(self.values(name)), np.nan)
 
     def figure_of_all(self, name: str) -> np.ndarray:
         """Return a figure of the own cases, coarse ones included, as floats; NaN where it is missing."""
-        is_ok = np.array([value == "ok" for value in _array(self._columns["status"])[self._all_rows].tolist()])
-        return np.where(is_ok, _floats(_array(self._columns[name])[self._all_rows]), np.nan)
+        return np.where(self.values_of_all("status") == "ok", _floats(_array(self._columns[name])[self._all_rows]), np.nan)
 
     def values_of_all(self, name: str) -> np.ndarray:
         """Return a column of the own cases, coarse ones included."""
@@ -149,12 +151,12 @@ def codes_of(values: np.ndarray) -> tuple[list, np.ndarray]:
     if values.dtype.kind in "fiub":
         unique_values, indices = np.unique(values, return_inverse=True)
         is_known = np.isfinite(unique_values.astype(float))
-        return unique_values[is_known].tolist(), np.where(is_known[indices], indices, -1).reshape(-1)
+        return unique_values[is_known].tolist(), np.where(is_known[indices], indices, -1).reshape(-1).astype("i4")
     present = [value for value in values.tolist() if not is_null(value)]
     has_text = any(isinstance(value, str) for value in present)
     levels = list(dict.fromkeys(present)) if has_text else sorted(set(present))
     index_of = {value: index for index, value in enumerate(levels)}
-    return levels, np.array([-1 if is_null(value) else index_of[value] for value in values.tolist()], int)
+    return levels, np.array([-1 if is_null(value) else index_of[value] for value in values.tolist()], "i4")
 
 
 def is_null(value: Any) -> bool:

@@ -198,7 +198,7 @@ def law_results(table: Mapping[str, np.ndarray], grid_laws: Mapping[str, str], r
     """Return the results of the finished cases that check laws; grid_laws : path -> law of the grid."""
     worst_values, candidate_numbers = ranking.worst_values(table)
     rows = []
-    for index, case_id in enumerate(table["case_id"].tolist()):
+    for index, case_id in enumerate(table["case_id"].astype(str).tolist()):
         path, law = changed_law({path: table[path][index] for path in grid_laws}, grid_laws)
         column = ranking.candidates[int(candidate_numbers[index])].columns[0]
         rows.append(LawResult(case_id, path, law, column, float(worst_values[index])))

@@ -57,13 +57,12 @@ def _main_effects(study: Study, column: str) -> list[MainEffect]:
     for axis, share in zip(levels, shares, strict=True):
         of_axis = judge.Axis((axis.path,), list(axis.values), codes[axis.path])
         matched = known_blocks(codes, of_axis, values)
-        if not matched:
+        if not len(matched):
             continue
-        rows = np.concatenate(matched)
-        groups = [values[rows[group]] for group in indices_by_value(codes[axis.path][rows], len(axis.values))]
+        groups = [column[np.isfinite(column)] for column in matched.T]
         quantiles = [np.percentile(group, (50, 10, 90)) if len(group) else [np.nan] * 3 for group in groups]
         medians, low, high = np.array(quantiles).T
-        verdict = verdict_on(of_axis, matched, values)
+        verdict = verdict_on(of_axis, matched)
         effects.append(MainEffect(axis, column, medians, low, high, share, verdict))
     return sorted(effects, key=lambda effect: (-np.nan_to_num(effect.share), -float(np.nanmax(effect.medians))))
 

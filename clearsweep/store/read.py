@@ -159,10 +159,9 @@ class StoredRun:
         unused = [None] if any(kind_of_axis(self.grid, path) == "text" for path in declared) else []  # by a swept law
         listed = {path: [*values, *unused] for path, values in declared.items() if values is not None}
         with self.parts[0].table() as table:
-            rows = plausible(table.read(list(listed), use_threads=False))
-        for path, values in listed.items():
-            if not _are_listed(rows[path], values):
-                raise damaged_error(self.parts[0].files[SUMMARY_FILE], f"{path} has other values than in run.json")
+            for path, values in listed.items():
+                if not _are_listed(plausible(table.read([path], use_threads=False))[path], values):
+                    raise damaged_error(self.parts[0].files[SUMMARY_FILE], f"{path} has other values than in run.json")
 
     def __len__(self) -> int:
         return sum(map(len, self.parts))

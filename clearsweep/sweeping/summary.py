@@ -1,5 +1,6 @@
 """The last lines of a run and of a dry run: worst cases, failures, answer, files."""
 
+import json
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -14,7 +15,7 @@ from ..contracts.layout import Layout
 from ..language import wording
 from ..language.errors import InputError
 from ..searches import SEARCHES, search_of
-from ..store import ANSWER_FILE, StoredRun, answer_of
+from ..store import ANSWER_FILE, StoredRun
 from .facts import RunFacts, assumed_texts, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
 from .pool.case_runner import SIMULATION
 from .sweep import RunResult
@@ -33,7 +34,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
     words = {key: run.grid.get(key, {}) for key in ("units", "fits", "labels")}
     words["written_units"] = common_units(run.grid)
     words["digits"] = {path: digits_of(run.grid, path, words["written_units"]) for path in run.grid["units"]}
-    answer = answer_of(run)
+    answer = json.loads((result.directory / ANSWER_FILE).read_bytes())
     return words | {
         "directory": str(result.directory),
         "cases": result.cases,
