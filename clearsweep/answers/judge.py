@@ -170,7 +170,7 @@ def _trend(blocks: np.ndarray) -> str:
 
 def _is_none(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return whether two figures differ by at most a hundredth of the larger one."""
-    return np.abs(end - start) <= MIN_DIFFERENCE * np.maximum(np.abs(start), np.abs(end))
+    return np.asarray(np.abs(end - start) <= MIN_DIFFERENCE * np.maximum(np.abs(start), np.abs(end)))
 
 
 def _turns_back(blocks: np.ndarray) -> np.ndarray:
@@ -179,8 +179,9 @@ def _turns_back(blocks: np.ndarray) -> np.ndarray:
     fall = np.nanmax(np.fmax.accumulate(blocks, axis=1) - blocks, axis=1)
     rise = np.nanmax(blocks - np.fmin.accumulate(blocks, axis=1), axis=1)
     reversal = np.where(end > start, fall, np.where(end < start, rise, np.minimum(fall, rise)))
-    is_counted = (np.isfinite(blocks).sum(axis=1) > 2) & ~_is_none(low, high)
-    return is_counted & (reversal > MAX_REVERSAL * (high - low))
+    turns: np.ndarray = (np.isfinite(blocks).sum(axis=1) > 2) & ~_is_none(low, high)
+    turns &= reversal > MAX_REVERSAL * (high - low)
+    return turns
 
 
 def sign_test(first: int, second: int) -> float:

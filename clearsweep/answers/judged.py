@@ -84,7 +84,8 @@ class Cases:
 
     def figure_of_all(self, name: str) -> np.ndarray:
         """Return a figure of the own cases, coarse ones included, as floats; NaN where it is missing."""
-        return np.where(self.values_of_all("status") == "ok", _floats(_array(self._columns[name])[self._all_rows]), np.nan)
+        is_ok = self.values_of_all("status") == "ok"
+        return np.where(is_ok, _floats(self.values_of_all(name)), np.nan)
 
     def values_of_all(self, name: str) -> np.ndarray:
         """Return a column of the own cases, coarse ones included."""
