@@ -117,7 +117,7 @@ class OfFrame:
 
     @property
     def parts(self):
-        """Return the parts of the store, with the identities of their cases: one."""
+        """Return the only part, with the identities of its cases."""
         return [SimpleNamespace(ids=np.array([int(text, 16) for text in self.summary["case_id"]], "u8"))]
 
     @property
