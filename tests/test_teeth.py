@@ -103,6 +103,21 @@ def test_a_varying_stiffness_needs_teeth_and_an_elastic_law():
     refused(tree, "joints.mesh.mesh_stiffness")
 
 
+@pytest.mark.slow  # a form of its own
+def test_energy_balances_where_a_row_of_the_drive_ends_a_pair_of_teeth():
+    """At an angle of 0, where rows are, the coast flank changes its pair."""
+    tree, times = varying_gear(), np.arange(0.0, 0.42, 0.05)
+    angles = [0.35 * math.sin(0.5 * math.pi * k) for k in range(len(times))]
+    tree["drive"] = {"angle": {"table": {"time": times.tolist(), "angle": angles}}}
+    tree["mechanism"]["joints"]["mesh"]["approach"] = 0.5
+    friction = {"law": "tanh", "torque": 2.0, "velocity_scale": 0.01}
+    tree["loads"] = {"brake": {"on": "bearing", "friction": friction}}
+    contact = {"law": "hunt-crossley", "stiffness": 5e7, "restitution": 0.6}
+    tree["joints"]["mesh"] |= {"backlash": 3e-5, "contact": contact}
+    tree["simulate"] = {"cycles": 2, "period": 0.2, "discard": 1, "tolerance": 1e-7}
+    assert clearsweep.simulate(clearsweep.load_case(tree), []).summary["energy_residual"] < 1e-7
+
+
 @pytest.mark.slow  # forms of their own
 def test_steps_end_where_the_next_pair_of_teeth_takes_over():
     """A jump of the force that no event locates costs twice the steps, 2,225; each of 26 pairs needs some 40."""

@@ -37,6 +37,7 @@ from ..laws.contract import (
     MEETS,
     NEVER,
     PRESSED,
+    RELATIVE_CLOSENESS,
     guard_values,
     guards,
     guards_of_pieces,
@@ -166,7 +167,8 @@ def _guards_teeth(teeth):
 def _guard_values_teeth(teeth, start, contact, root):
     if teeth.pair == NEVER:
         return NEVER, NEVER, 1.0
-    return contact.guard_quantity - (teeth.pair + 1.0), teeth.pair - contact.guard_quantity, NEVER
+    passed = contact.guard_quantity - teeth.pair  # a table of angles may end a step just where a pair ends
+    return passed - (1.0 + RELATIVE_CLOSENESS), -RELATIVE_CLOSENESS - passed, NEVER
 
 
 @latched.member(Teeth)
