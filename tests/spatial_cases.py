@@ -2,7 +2,6 @@
 
 import copy
 
-from clearsweep.mechanics.machines.programs import kinds_of
 from clearsweep.mechanics.machines.spatial.form import MachineType
 
 ROD = {"length": 0.12, "mass": 0.21, "inertia": [2e-5, 2.5e-4, 2.5e-4], "center": [0.06, 0.0, 0.0]}
@@ -63,5 +62,5 @@ def planar(joint="crank-rod", **keys):
 
 def limb(scene, form):
     """Return the number of the body attached by this type of joint, and the index of its first coordinate."""
-    parts = MachineType(kinds_of(scene.value.mechanism)).parts
+    parts = MachineType(scene.value.mechanism).parts
     return next((k, part.coordinate) for k, part in enumerate(parts) if part.form is form)

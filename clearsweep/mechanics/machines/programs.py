@@ -1,7 +1,7 @@
 """Programs of machines: made once for each type of a compiled form, run on its values; vectors and linear equations."""
 
 import functools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -18,27 +18,64 @@ def kinds_of(value: Any) -> Any:
     return (type(value), *[float if type(item) is float else kinds_of(item) for item in value])  # most items are floats
 
 
-def generated(structure_of: Callable[[tuple], Any]) -> Callable:
+class _AlwaysEqual:
+    """A value that equals any other, so that a cache finds results by the other parts of a key."""
+
+    def __init__(self, value: Any):
+        self.value = value
+
+    def __eq__(self, other_value: object) -> bool:
+        return isinstance(other_value, _AlwaysEqual)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+Function = TypeVar("Function", bound=Callable)
+
+
+def shared_by(key_of: Callable, size: int = 64) -> Callable[[Function], Function]:
+    """Return a decorator that lets calls share their result if `key_of`, which takes their arguments, is equal."""
+
+    def decorate(function: Function) -> Function:
+        @functools.lru_cache(maxsize=size)
+        def shared(key: Hashable, arguments: _AlwaysEqual) -> Any:
+            values, arguments.value = arguments.value, ()  # the cache keeps its keys
+            return function(*values)
+
+        @functools.wraps(function)
+        def call(*arguments: Any) -> Any:
+            return shared(key_of(*arguments), _AlwaysEqual(arguments))
+
+        return call
+
+    return decorate
+
+
+def generated(structure_of: Callable[[Any], Any]) -> Callable:
     """Return a decorator that makes a function of a machine's structure, which returns a Program, run that program.
 
-    structure_of : returns the structure for the result of `kinds_of`; the function takes (mechanism, ...)
+    structure_of : returns the structure of a compiled machine, by its types; the function takes (mechanism, ...)
     """
 
     def decorate(build: Callable) -> Callable:
-        program_for = functools.lru_cache(maxsize=1024)(lambda kinds: build(structure_of(kinds)))
+        @shared_by(kinds_of, 1024)
+        def program_for(mechanism: tuple) -> Program:
+            return build(structure_of(mechanism))
+
         by_form: dict[int, Program] = {}  # faster than by kinds
 
         @functools.wraps(build)
         def run(mechanism: tuple, *arguments: Any) -> Any:
             form = form_number(mechanism)
             if form not in by_form:
-                by_form[form] = program_for(kinds_of(mechanism))
+                by_form[form] = program_for(mechanism)
             return by_form[form](mechanism, *arguments)
 
         @register_emitter(run)
         def emit(mechanism: tuple, *arguments: Any) -> Any:
             trace().sources.add(build.__code__.co_filename)
-            return program_for(kinds_of(mechanism)).emit(mechanism, *arguments)
+            return program_for(mechanism).emit(mechanism, *arguments)
 
         return run
 

@@ -15,18 +15,7 @@ from .family import Routine, inlined, shaped
 # Choice between values in kernels whose numbers may be in vector lanes, where branches are impossible.
 
 
-__all__ = [
-    "bits_of",
-    "cond",
-    "lane_range",
-    "none_of",
-    "number_of",
-    "replaced",
-    "rolled_range",
-    "table_item",
-    "total_of",
-    "where",
-]
+__all__ = ["bits_of", "number_of", "where"]  # of `portable`, offered here to kernels
 
 
 def rolled_range(*bounds):

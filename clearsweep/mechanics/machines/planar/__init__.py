@@ -1,5 +1,6 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
+from ..programs import shared_by
 from .build import (
     build,
     channels,
@@ -16,4 +17,4 @@ from .drives import direction_of, motion_at, motion_table, passage_time
 from .form import STATIONS, as_empty_tuples, first_rate, line_of, problem_of_links
 from .ideal import ideal_of, machine_key, rival_assembly, slot_travel
 from .reactions import levers, levers_of_support
-from .stations import shared_by, without_forces
+from .stations import without_forces

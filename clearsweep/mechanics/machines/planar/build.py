@@ -29,7 +29,7 @@ from ....contracts.machine import (
 from ...joints.contract import Load
 from ..contract import Built, IdealMotion, Open, accelerate, pose_at
 from ..contract import Ideal as Closed
-from ..programs import kinds_of
+from ..programs import kinds_of, shared_by
 from . import equations  # noqa: F401 - registers the equations of motion
 from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, extent
 from .drives import Steady, compile_drive, drive_motion
@@ -54,7 +54,7 @@ from .form import (
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
-from .stations import geometry_of, initial_coordinate, shared_by
+from .stations import geometry_of, initial_coordinate
 from .structure import ANGLE, BEND, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- elastic links
@@ -363,7 +363,7 @@ class _Compiled(NamedTuple):
 def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     """Return the compiled form of a machine with open joints of these names, and its coordinates."""
     form = _compiled_form(machine, open_joints)
-    state = machine_type(kinds_of(form)).state
+    state = machine_type(form).state
     start = _initial_state(ideal_of(machine), state, {})
     lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
     if state and state[-1].kind == INTEGRAL:  # as far as the servo's stiffness lets the crank turn
@@ -374,7 +374,7 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
 def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
     """Return the compiled form of a machine with open joints of these names."""
     ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
-    structure = machine_type(kinds_of(form))
+    structure = machine_type(form)
     coordinates = [
         ideal_machine.coordinate_over_revolution(coordinate) for coordinate in structure.spanning_tree.coordinates
     ]
@@ -394,7 +394,7 @@ def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
 def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     is_closed = ideal_machine.stations.is_closed
-    return tuple(choose_dependent(form, machine_type(kinds_of(form)), coordinates, is_closed))
+    return tuple(choose_dependent(form, machine_type(form), coordinates, is_closed))
 
 
 def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:

@@ -8,7 +8,7 @@ from ...joints.dry import Gap
 from ...joints.guide import GuideGap
 from ...joints.mesh import MeshGap
 from .. import contract
-from ..programs import PlaneVector, generated, kinds_of, vector_sum
+from ..programs import PlaneVector, generated, vector_sum
 from .dynamics import impact_masses_of, link_signals_of, motion_of
 from .form import STATIONS, Planar, evaluate_cycle
 from .friction import accelerate_with_friction, friction_powers_of, friction_slips_of
@@ -251,7 +251,7 @@ def _link_signals_planar(mechanism, pose, loads, motion):
 @contract.link_signal_count.member(Planar)
 @known
 def _link_signal_count_planar(mechanism):
-    machine = machine_type(kinds_of(mechanism))
+    machine = machine_type(mechanism)
     count = len(machine.housings) + sum(kind.modes + len(STATIONS) for kind in machine.bent.values())
     return 1 + count if count else 0
 

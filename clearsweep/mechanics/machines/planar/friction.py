@@ -15,7 +15,7 @@ from ....tracing.compiled.family import family, inlined, kernel, known
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ...laws.friction import friction_force, friction_in_pin, static_limit, static_limit_in_pin
 from ..contract import Motion
-from ..programs import NO_VECTOR, PlaneVector, generated, kinds_of, vector_sum
+from ..programs import NO_VECTOR, PlaneVector, generated, vector_sum
 from .dynamics import Dynamics
 from .kinematics import Bodies, combination, section_turns, signed
 from .pose import Row, Solver, loop_equations_of
@@ -221,7 +221,7 @@ class _Contact(NamedTuple):
 @known
 def _contacts_of(mechanism):
     """Return the _Contact of each friction load."""
-    machine, contacts = machine_type(kinds_of(mechanism)), []
+    machine, contacts = machine_type(mechanism), []
     for friction_load in machine.friction_loads:
         load, is_pin = mechanism.loads[friction_load.load], not machine.sites[friction_load.joint].link.slides
         arm, normal = load.radius if is_pin else 1.0, load.normal if friction_load.is_given else 0.0
@@ -232,7 +232,7 @@ def _contacts_of(mechanism):
 @known
 def _crank_orientation(mechanism, pose):
     """Return the Orientation of the crank."""
-    machine = machine_type(kinds_of(mechanism))
+    machine = machine_type(mechanism)
     return pose.orientations[machine.groups.index(machine.spanning_tree.crank)]
 
 

@@ -32,12 +32,13 @@ from ....tracing.compiled.choosing import directions
 from ....tracing.compiled.family import Identity
 from ...laws.friction import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion
+from ..programs import shared_by
 from .closure import STATIONS, Closure, MachineStates, interpolate
 from .drives import compile_drive, motion_at, motion_table, passage_time, scheduled_passage, torque_at
 from .form import Bent, Housing, Mass, Segment, compile_bent
 from .free_crank import CrankHistory, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
-from .stations import determined, geometry_of, initial_coordinate, shared_by, stations_of
+from .stations import determined, geometry_of, initial_coordinate, stations_of
 from .structure import ANGLE, BEND, INTEGRAL, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
 # ---------------------------------------------------------------------------------------------- motion and forces

@@ -4,11 +4,10 @@ A position repeats with every revolution of the crank, so angles at stations of 
 Stations hold quantities of the geometry alone.
 """
 
-import functools
 import math
 import pickle
-from collections.abc import Callable, Hashable
-from typing import Any, TypeVar
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from ....contracts.machine import (
     Stretch,
     TorsionSpring,
 )
+from ..programs import shared_by
 from .closure import (
     SINGULAR,
     STATIONS,
@@ -121,39 +121,6 @@ MARGIN = 2  # stations beyond the visited angles, as far as the machine can go
 
 SAME_PLACE, SAME_TURN = 1e-9, 1e-9  # of the machine's size, and turns: rounding
 ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
-
-
-class _AlwaysEqual:
-    """A value that equals any other, so that a cache finds results by the other parts of a key."""
-
-    def __init__(self, value: Any):
-        self.value = value
-
-    def __eq__(self, other_value: object) -> bool:
-        return isinstance(other_value, _AlwaysEqual)
-
-    def __hash__(self) -> int:
-        return 0
-
-
-Function = TypeVar("Function", bound=Callable)
-
-
-def shared_by(key_of: Callable, size: int = 64) -> Callable[[Function], Function]:
-    """Return a decorator that lets calls share their result if `key_of`, which takes their arguments, is equal."""
-
-    def decorate(function: Function) -> Function:
-        @functools.lru_cache(maxsize=size)
-        def shared(key: Hashable, arguments: _AlwaysEqual) -> Any:
-            return function(*arguments.value)
-
-        @functools.wraps(function)
-        def call(*arguments: Any) -> Any:
-            return shared(key_of(*arguments), _AlwaysEqual(arguments))
-
-        return call
-
-    return decorate
 
 
 class Stations:

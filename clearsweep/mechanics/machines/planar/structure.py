@@ -3,11 +3,11 @@
 It decides which operations the programs of the machine have.
 """
 
-import functools
 from typing import NamedTuple
 
 from ...laws.friction import Karnopp
 from ..contract import Open
+from ..programs import kinds_of, shared_by
 from .drives import Free, FreeByLaw, FreeByTable, Regulated, Served, Steady
 from .form import (
     STATIONS,
@@ -16,6 +16,7 @@ from .form import (
     BranchingCycle,
     ElasticGuide,
     Gear,
+    Hinge,
     Housing,
     Planar,
     PointAim,
@@ -275,112 +276,86 @@ class MachineType(NamedTuple):
         return chains
 
 
-@functools.lru_cache(maxsize=1024)
-def machine_type(kinds: tuple) -> MachineType:
-    """Return the MachineType from the result of `kinds_of` for a Planar."""
-    sites = tuple(map(_site, _kind_of_field(kinds, "joints")[1:]))
-    crank, drive = _number(_kind_of_field(kinds, "crank")), _kind_of_field(kinds, "drive")[0]
-    body_kinds = _kind_of_field(kinds, "bodies")
-    bent = _bent_kinds(body_kinds[1:])
+@shared_by(kinds_of, 1024)
+def machine_type(machine: Planar) -> MachineType:
+    """Return the structure of a compiled machine, which depends on its types alone."""
+    sites = tuple(map(_site, machine.joints))
+    is_free, bent = isinstance(machine.drive, FREE), _bent_kinds(machine.bodies)
     tree = spanning_tree(
-        len(body_kinds),
+        1 + len(machine.bodies),
         tuple(site.link for site in sites),
-        crank,
-        free=drive in FREE,
+        len(machine.crank),
+        free=is_free,
         deformations=sum(len(kind.coordinates) for kind in bent.values()),
-        regulated=drive is Regulated,
+        regulated=isinstance(machine.drive, Regulated),
     )
     friction_loads = tuple(
-        FrictionLoad(
-            i,
-            _number(_kind_of_field(kind, "joint")),
-            kind[0] is GivenFriction,
-            _kind_of_field(kind, "friction")[0] is Karnopp,
-        )
-        for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:])
-        if kind[0] in FRICTION_LOADS
+        FrictionLoad(i, len(load.joint), isinstance(load, GivenFriction), isinstance(load.friction, Karnopp))
+        for i, load in enumerate(machine.loads)
+        if isinstance(load, FRICTION_LOADS)
     )
-    loads = tuple(map(_load, _kind_of_field(kinds, "loads")[1:]))
-    aim = _kind_of_field(kinds, "aim")
-    assert kinds[0] is Planar
-    point, direction = (
-        (_point_form(_kind_of_field(aim, "point")), _kind_of_field(aim, "direction")[0])
-        if aim[0] is PointAim
-        else (None, None)
+    aim, point, direction = machine.aim, None, None
+    if isinstance(aim, PointAim):
+        point, direction = _point_form(aim.point), type(aim.direction)
+    segments, housings = (
+        tuple(i for i, body in enumerate(machine.bodies, start=1) if isinstance(body, form))
+        for form in (Segment, Housing)
     )
-    dependent = tuple(tree.coordinates[_number(kind)] for kind in _kind_of_field(kinds, "dependent")[1:])
     return MachineType(
         sites,
         tree,
-        crank,
-        drive in FREE,
-        drive is Steady,
-        dependent,
-        loads,
+        len(machine.crank),
+        is_free,
+        isinstance(machine.drive, Steady),
+        tuple(tree.coordinates[len(index)] for index in machine.dependent),
+        tuple(map(_load, machine.loads)),
         friction_loads,
-        (_number(_kind_of_field(aim, "body")), point, direction),
+        (len(aim.body), point, direction),
         bent,
-        tuple(i for i, kind in enumerate(body_kinds[1:], start=1) if kind[0] is Segment),
-        _kind_of_field(kinds, "cycle")[0] is BranchingCycle,
-        tuple(i for i, kind in enumerate(body_kinds[1:], start=1) if kind[0] is Housing),
+        segments,
+        isinstance(machine.cycle, BranchingCycle),
+        housings,
     )
 
 
-def _kind_of_field(kinds: tuple, field: str) -> tuple:
-    return kinds[1 + kinds[0]._fields.index(field)]
-
-
-def _number(kinds: tuple) -> int:
-    return len(kinds) - 1
-
-
-def _bent_kinds(kinds: tuple) -> dict[int, BentKind]:
-    """Return the bodies that bend, from the kinds of all moving bodies."""
+def _bent_kinds(bodies: tuple) -> dict[int, BentKind]:
+    """Return the bodies that bend, from all moving bodies."""
     bent: dict[int, BentKind] = {}
     first = 0
-    for body, kind in enumerate(kinds, start=1):
-        if kind[0] is Bent:
-            count = _number(_kind_of_field(kind, "stiffness"))
-            coordinates = tuple(Coordinate(BEND, first + i) for i in range(count))
-            axis = _kind_of_field(kind, "axis")[0]
-            bent[body] = BentKind(body, _number(_kind_of_field(kind, "modes")), coordinates, axis)
-            first += count
+    for number, body in enumerate(bodies, start=1):
+        if isinstance(body, Bent):
+            coordinates = tuple(Coordinate(BEND, first + i) for i in range(len(body.stiffness)))
+            bent[number] = BentKind(number, len(body.modes), coordinates, type(body.axis))
+            first += len(coordinates)
     return bent
 
 
-def _point_form(kinds: tuple) -> PointForm:
+def _point_form(point: tuple) -> PointForm:
     """Return the form of a point of a body."""
-    if kinds[0] is not BentPoint:
-        form: type = kinds[0]
-        return form
-    slopes, curvatures = (
-        tuple(kind[0] for kind in _kind_of_field(kinds, field)[1:]) for field in ("slopes", "curvatures")
-    )
-    return BentForm(_kind_of_field(kinds, "at")[0], slopes, curvatures, _number(_kind_of_field(kinds, "cuts")))
+    if not isinstance(point, BentPoint):
+        return type(point)
+    slopes, curvatures = (tuple(map(type, vectors)) for vectors in (point.slopes, point.curvatures))
+    return BentForm(type(point.at), slopes, curvatures, len(point.cuts))
 
 
-def _site(kinds: tuple) -> Site:
-    slides, geared = kinds[0] is Slide, kinds[0] in (Gear, Travel)
-    site = _kind_of_field(kinds, "site")[0]
-    bodies = (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal")))
-    link = Link(slides, site is Open, *bodies, site is ElasticGuide, geared)
-    near, far = (_point_form(_kind_of_field(kinds, end)) for end in ("near", "far"))
-    if kinds[0] is Travel:
-        return Site(link, near, far, None, guide=_number(_kind_of_field(kinds, "guide")))
-    if geared:
-        axis, pins = _kind_of_field(kinds, "axis")[0], map(_number, _kind_of_field(kinds, "pins")[1:])
-        carrier, eccentric = _number(_kind_of_field(kinds, "carrier")), _kind_of_field(kinds, "eccentric")[1:]
-        centres = tuple(map(_point_form, eccentric))
-        return Site(link, near, far, None if axis is tuple else axis, carrier, tuple(pins), eccentric=centres)
-    return Site(link, near, far, _kind_of_field(kinds, "axis")[0] if slides else None)
+def _site(joint: Hinge | Slide | Gear | Travel) -> Site:
+    slides, geared = isinstance(joint, Slide), isinstance(joint, (Gear, Travel))
+    bodies = len(joint.proximal), len(joint.distal)
+    link = Link(slides, isinstance(joint.site, Open), *bodies, isinstance(joint.site, ElasticGuide), geared)
+    near, far = _point_form(joint.near), _point_form(joint.far)
+    if isinstance(joint, Travel):
+        return Site(link, near, far, None, guide=len(joint.guide))
+    if isinstance(joint, Gear):
+        axis, pins, centres = joint.axis, tuple(map(len, joint.pins)), tuple(map(_point_form, joint.eccentric))
+        return Site(
+            link, near, far, None if type(axis) is tuple else type(axis), len(joint.carrier), pins, eccentric=centres
+        )
+    return Site(link, near, far, type(joint.axis) if slides else None)
 
 
-def _load(kinds: tuple) -> LoadKind | None:
-    if kinds[0] in FRICTION_LOADS:
+def _load(load: tuple) -> LoadKind | None:
+    if isinstance(load, FRICTION_LOADS):
         return None
-    pairs = (("first", "near"), ("second", "far")) if kinds[0] in SPRING_LOADS else (("body", "point"),)
-    endpoints = tuple(
-        (_number(_kind_of_field(kinds, body)), _point_form(_kind_of_field(kinds, point)), point)
-        for body, point in pairs
-    )
-    return LoadKind(kinds[0], endpoints)
+    pairs = (("first", "near"), ("second", "far")) if isinstance(load, SPRING_LOADS) else (("body", "point"),)
+    points = ((len(getattr(load, body)), _point_form(getattr(load, point)), point) for body, point in pairs)
+    return LoadKind(type(load), tuple(points))

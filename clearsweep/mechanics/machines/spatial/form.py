@@ -125,19 +125,17 @@ class BodyNode:
 class MachineType:
     """The structure of a Tree."""
 
-    def __init__(self, kinds: tuple):
-        assert kinds[0] is Tree
-        field = {name: kinds[1 + index] for index, name in enumerate(Tree._fields)}
+    def __init__(self, tree: Tree):
         self.parts: list[BodyNode] = []
         coordinate = speed = 0
-        for kind in field["attachments"][1:]:
-            parent = _number(kind, "parent") if "parent" in kind[0]._fields else 0
-            self.parts.append(BodyNode(kind[0], parent, coordinate, speed))
-            coordinate, speed = coordinate + COORDINATES[kind[0]], speed + SPEEDS[kind[0]]
+        for attachment in tree.attachments:
+            form, parent = type(attachment), len(getattr(attachment, "parent", ()))
+            self.parts.append(BodyNode(form, parent, coordinate, speed))
+            coordinate, speed = coordinate + COORDINATES[form], speed + SPEEDS[form]
         self.coordinates, self.speeds = coordinate, speed
-        self.openings = [(_number(kind, "bearing"), _number(kind, "journal")) for kind in field["openings"][1:]]
-        self.reported = [len(kind) - 1 for kind in field["reported"][1:]]
-        self.aim, self.aimed = field["aim"][0], _number(field["aim"], "body")
+        self.openings = [(len(opening.bearing), len(opening.journal)) for opening in tree.openings]
+        self.reported = [len(number) for number in tree.reported]
+        self.aim, self.aimed = type(tree.aim), len(tree.aim.body)
         self.crank = 1 + next(i for i, part in enumerate(self.parts) if part.form is Driven)
 
     def part(self, body: int) -> BodyNode:
@@ -149,10 +147,6 @@ class MachineType:
         while body and self.part(body).form in (Driven, Hinge, Slide, Sleeve):
             body = self.part(body).parent
         return body == 0
-
-
-def _number(kind: tuple, name: str) -> int:
-    return len(kind[1 + kind[0]._fields.index(name)]) - 1
 
 
 # ---------------------------------------------------------------------------------------------- the pose
