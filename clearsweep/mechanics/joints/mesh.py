@@ -150,17 +150,11 @@ def _contact_modes_mesh(joint):
 @parts.member(Mesh)
 def _parts_mesh(joint):
     law, friction, teeth = joint.law, joint.friction, joint.teeth
-    has_teeth = type(teeth) in guards.members
-    return tuple(
-        part
-        for flank in range(2)
-        for part in (*dry_parts(flank, law, friction), *((Part(teeth, flank),) if has_teeth else ()))
-    )
+    pairs = [(Part(teeth, flank),) if type(teeth) in guards.members else () for flank in range(2)]
+    return *dry_parts(0, law, friction), *pairs[0], *dry_parts(1, law, friction), *pairs[1]
 
 
-@guards.member(Teeth)
-def _guards_teeth(teeth):
-    return guards_of_pieces(teeth)
+guards.member(Teeth)(guards_of_pieces)
 
 
 @guard_values.member(Teeth)
@@ -180,29 +174,11 @@ def _latched_teeth(teeth, event, contact, root):
     return (teeth.pair + (1.0 if event == END_PASSED else -1.0),)
 
 
-@guard_quantity.member(FlankContact)
-def _guard_quantity_of_flank(contact):
-    return contact.pitches
-
-
-@power_stored.member(FlankContact)
-def _power_stored_at_flank(contact):
-    return contact.elastic * contact.rate + contact.turned
-
-
-@elastic_force.member(Scaled)
-def _elastic_force_scaled(scaled, pen):
-    return scaled.factor * elastic_force(scaled.elastic, pen)
-
-
-@elastic_energy.member(Scaled)
-def _elastic_energy_scaled(scaled, pen):
-    return scaled.factor * elastic_energy(scaled.elastic, pen)
-
-
-@root_parity.member(Scaled)
-def _root_parity_scaled(scaled):
-    return root_parity(scaled.elastic)
+guard_quantity.member(FlankContact)(lambda contact: contact.pitches)
+power_stored.member(FlankContact)(lambda contact: contact.elastic * contact.rate + contact.turned)
+elastic_force.member(Scaled)(lambda scaled, pen: scaled.factor * elastic_force(scaled.elastic, pen))
+elastic_energy.member(Scaled)(lambda scaled, pen: scaled.factor * elastic_energy(scaled.elastic, pen))
+root_parity.member(Scaled)(lambda scaled: root_parity(scaled.elastic))
 
 
 @power_lost.member(FlankContact)
