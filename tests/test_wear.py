@@ -421,7 +421,9 @@ def test_the_bins_of_a_run_sum_to_the_volume_on_both_bodies():
 def test_wear_does_not_change_the_motion():
     with_wear = run()[1]
     without = clearsweep.simulate(
-        clearsweep.load_case(slider_crank("rod-slider", changes={"simulate.revolutions": 2, "simulate.discard": 1}))
+        clearsweep.simulation.load_case(
+            slider_crank("rod-slider", changes={"simulate.revolutions": 2, "simulate.discard": 1})
+        )
     )
     assert with_wear.summary["rod_slider_force_peak"] == without.summary["rod_slider_force_peak"]
     assert with_wear.summary["steps"] == without.summary["steps"]
@@ -476,3 +478,21 @@ def test_an_even_arc_that_opens_at_an_onset_and_travels_leaves_the_exact_means(a
     naive[(first + np.arange(len(edges) - 1)) % BINS] = np.diff(before) / width
     assert bearing == pytest.approx(naive, rel=0.0, abs=2e-5 * naive.max())
     assert bearing.sum() * width == pytest.approx(worn.sum(), rel=1e-7, abs=0.0)
+
+
+@pytest.mark.parametrize("bins", [60, 120])
+def test_the_time_with_narrow_arcs_is_that_of_fine_samples_of_the_depth(bins):
+    """Of impacts without loss at a coarse tolerance: each is a few steps, and its arc grows from nothing."""
+    changes = {
+        "joints.rod-slider.contact": {"law": "hertz", "stiffness": 6.61e10},
+        "joints.rod-slider.wear": {"law": "archard", "coefficient": 1e-16, "bins": bins},
+        "simulate": {"revolutions": 1.0, "discard": 0, "tolerance": 1e-5},
+        "save": {"orbits": "all", "samples": 200_000},
+    }
+    case = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
+    result, clearance = clearsweep.simulate(case), case.value.joints[0].clearance
+    distance = np.hypot(result["joints/rod_slider/x"], result["joints/rod_slider/y"])
+    widths = 2.0 * np.arccos(clearance / distance[result["joints/rod_slider/force_normal"] > 0.0].clip(clearance))
+    share = float(np.mean(widths < 5.0 * 2.0 * math.pi / bins))
+    assert 0.01 < share < 0.9
+    assert result.summary["rod_slider_wear_narrow_arcs"] == pytest.approx(share, abs=2e-3)

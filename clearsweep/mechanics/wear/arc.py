@@ -486,16 +486,18 @@ def _default_arc_width(joint, workspace, i):
 
 @kernel
 def _narrow_fraction(joint, workspace):
-    """Return the fraction of a span in which the arc is narrower than five bins: its width is linear between nodes."""
-    limit, total = RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins, 0.0
-    before = arc_width(joint, workspace, 0) - limit
+    """Return the fraction of a span's time with an arc below five bins; width and time's rate are linear between nodes."""
+    limit, narrow, whole = RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins, 0.0, 0.0
+    before, rate = arc_width(joint, workspace, 0) - limit, workspace.step.duration[0] * INVERSE_WEIGHTS[0]
     for i in range(1, POINTS):
-        after = arc_width(joint, workspace, i) - limit
-        if min(before, after) < 0.0:
-            low, high = min(before, after), max(before, after)
-            total += SPACINGS[i] * (low / (low - high) if high > 0.0 else 1.0)
-        before = after
-    return 0.5 * total
+        after, next_rate = arc_width(joint, workspace, i) - limit, workspace.step.duration[i] * INVERSE_WEIGHTS[i]
+        low, high = min(before, after), max(before, after)
+        if low < 0.0:
+            part, at_low = low / (low - high) if high > 0.0 else 1.0, rate if before < after else next_rate
+            narrow += SPACINGS[i] * part * ((2.0 - part) * at_low + part * (rate + next_rate - at_low))
+        whole += SPACINGS[i] * (rate + next_rate)
+        before, rate = after, next_rate
+    return narrow / whole if whole > 0.0 else 0.0
 
 
 @kernel
