@@ -11,17 +11,10 @@ from ..contracts import catalogue
 from ..contracts.layout import Layout
 from ..contracts.vibration import IDEAL, NO_SEVERITY, SEVERITIES, zone_of
 from ..language import wording
+from . import questions
 from .figure_sentences import coexisting
 from .judge import NOT_RUN, answer_on, judge
 from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, is_null, named_value
-from .questions import (
-    FinishedCases,
-    certainty_text,
-    film_answer,
-    law_check_sentence,
-    law_end_thickness,
-    required_thickness,
-)
 from .ranking import START_UP, limits_of_record, ranking_of
 from .sentences import sentences
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
@@ -243,7 +236,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
     counted = f"{source.layout.life}_life_hours" if answer["question"] == "life" else START_UP
     if counted in columns and answer["question"] in ("life", "start-up"):
         details["unreached"] = int(np.isnan(cases.numbers(counted)[cases.is_finished]).sum())
-    if answer["question"] == "film" and (film := film_answer(record, source.layout, columns, cases)):
+    if answer["question"] == "film" and (film := questions.film_answer(record, source.layout, columns, cases)):
         details["film"] = film
     if answer["cases"] and answer["cases"]["added"]:
         all_cases = Cases(record, columns)
@@ -288,9 +281,9 @@ def _suggested_limit(source: Source, cases: Cases, question: str, extremes: Sequ
     if question == "film":
         column = min(known, key=lambda entry: float(entry["smallest"]["value"]))["figure"]
         joint = figures[column].joint
-        finished = FinishedCases(source.record, source.layout, tuple(cases.codes), cases.values)
-        required = required_thickness(finished, joint)
-        least = law_end_thickness(finished, joint) if required is None else float(required.max())
+        finished = questions.FinishedCases(source.record, source.layout, tuple(cases.codes), cases.values)
+        required = questions.required_thickness(finished, joint)
+        least = questions.law_end_thickness(finished, joint) if required is None else float(required.max())
         return f"{column}: {{at_least: {math.ceil(1e8 * least) / 100:g} um}}" if least else ""
     column = max(known, key=lambda entry: float(entry["largest"]["value"]))["figure"]
     ideal = f"{column}_ideal"
@@ -308,7 +301,7 @@ def identified_parameters(record: Mapping[str, Any]) -> list[dict[str, Any]]:
             "value": parameter["median"] if "median" in parameter else parameter["value"],
             "low": parameter["low"],
             "high": parameter["high"],
-            "note": certainty_text(parameter),
+            "note": questions.certainty_text(parameter),
         }
         for parameter in parameters
     ]
@@ -466,4 +459,8 @@ def _law_check(source: Source, columns: Any, checked: np.ndarray, answer: Mappin
     if not source.base_laws or not checked.any():
         return ""
     figure = _figures(answer["question"], Cases(source.record, columns, ~checked), source.layout)
-    return law_check_sentence(source.record, columns, (source.base_laws, checked), words, figure[0]) if figure else ""
+    return (
+        questions.law_check_sentence(source.record, columns, (source.base_laws, checked), words, figure[0])
+        if figure
+        else ""
+    )

@@ -4,26 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..language import wording
-from .figure_sentences import (
-    added_sentences,
-    branch_sentences,
-    error_sentences,
-    extremes_of,
-    force_sentences,
-    found_sentences,
-    identify_sentences,
-    indentation_sentences,
-    life_sentences,
-    loss_sentences,
-    optimise_sentences,
-    own_figure_sentences,
-    place_text,
-    seek_sentences,
-    start_up_sentences,
-    touch,
-    vibration_sentences,
-    wear_sentences,
-)
+from . import figure_sentences
 from .judge import DIFFERS, FALLS, MIN_DIFFERENCE, MIXED, NONE, NOT_RUN, RISES, missing_groups
 from .words import (
     MAX_LENGTH,
@@ -55,7 +36,7 @@ def sentences(answer: Answer, words: Words) -> list[str]:
     """Return the sentences of an answer, the most important first: at most MAX_LINES lines of MAX_LENGTH characters."""
     lines: list[str] = []
     first, *others = RULES[answer["question"]]
-    for rule in (first, branch_sentences, *others, found_sentences):
+    for rule in (first, figure_sentences.branch_sentences, *others, figure_sentences.found_sentences):
         lines += [sentence.text for sentence in rule(answer, words)]
     return [shortened(line) for line in dict.fromkeys(lines)][:MAX_LINES]
 
@@ -362,7 +343,7 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
 
 def film(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the thinnest film, and the combinations whose films stay safe under every condition."""
-    entries = extremes_of(answer, "film_thickness_min", words)
+    entries = figure_sentences.extremes_of(answer, "film_thickness_min", words)
     if not entries:
         return
     safe = answer.get("film")
@@ -377,7 +358,7 @@ def film(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield from missing({**answer, "designs": safe["missing"], "designs_total": safe["total"]}, words)
     entry = min(entries, key=lambda candidate: candidate["smallest"]["value"])
     (text,) = words.figures(entry["figure"], [entry["smallest"]["value"]])
-    where = place_text(answer, words, entry["smallest"])
+    where = figure_sentences.place_text(answer, words, entry["smallest"])
     yield Sentence("Thinnest film: {value}{where}.", {"value": text, "where": where})
 
 
@@ -413,14 +394,14 @@ RULES: dict[str, tuple[Rule, ...]] = {
     "limits": (
         *JUDGED,
         convergence,
-        touch,
-        indentation_sentences,
+        figure_sentences.touch,
+        figure_sentences.indentation_sentences,
         laws,
         effect_lines,
-        own_figure_sentences,
-        vibration_sentences,
-        loss_sentences,
-        wear_sentences,
+        figure_sentences.own_figure_sentences,
+        figure_sentences.vibration_sentences,
+        figure_sentences.loss_sentences,
+        figure_sentences.wear_sentences,
     ),
     "sample": (
         state,
@@ -428,50 +409,59 @@ RULES: dict[str, tuple[Rule, ...]] = {
         irregular,
         missing,
         effect_lines,
-        own_figure_sentences,
-        vibration_sentences,
-        wear_sentences,
+        figure_sentences.own_figure_sentences,
+        figure_sentences.vibration_sentences,
+        figure_sentences.wear_sentences,
     ),
-    "refine": (*JUDGED, added_sentences, convergence, effect_lines),
-    "seek": (state, seek_sentences),
-    "optimise": (state, optimise_sentences),
-    "identify": (state, identify_sentences),
-    "life": (state, life_sentences, verdict, boundary, laws, effect_lines, own_figure_sentences, vibration_sentences),
-    "start-up": (
+    "refine": (*JUDGED, figure_sentences.added_sentences, convergence, effect_lines),
+    "seek": (state, figure_sentences.seek_sentences),
+    "optimise": (state, figure_sentences.optimise_sentences),
+    "identify": (state, figure_sentences.identify_sentences),
+    "life": (
         state,
-        start_up_sentences,
-        force_sentences,
-        error_sentences,
+        figure_sentences.life_sentences,
+        verdict,
+        boundary,
         laws,
         effect_lines,
-        own_figure_sentences,
-        vibration_sentences,
-        wear_sentences,
-        indentation_sentences,
+        figure_sentences.own_figure_sentences,
+        figure_sentences.vibration_sentences,
+    ),
+    "start-up": (
+        state,
+        figure_sentences.start_up_sentences,
+        figure_sentences.force_sentences,
+        figure_sentences.error_sentences,
+        laws,
+        effect_lines,
+        figure_sentences.own_figure_sentences,
+        figure_sentences.vibration_sentences,
+        figure_sentences.wear_sentences,
+        figure_sentences.indentation_sentences,
         suggestion,
     ),
     "film": (
         state,
         film,
         effect_lines,
-        loss_sentences,
-        force_sentences,
+        figure_sentences.loss_sentences,
+        figure_sentences.force_sentences,
         laws,
-        own_figure_sentences,
-        vibration_sentences,
+        figure_sentences.own_figure_sentences,
+        figure_sentences.vibration_sentences,
         suggestion,
     ),
     "force": (
         state,
-        force_sentences,
-        error_sentences,
+        figure_sentences.force_sentences,
+        figure_sentences.error_sentences,
         convergence,
         laws,
         effect_lines,
-        wear_sentences,
-        indentation_sentences,
-        own_figure_sentences,
-        vibration_sentences,
+        figure_sentences.wear_sentences,
+        figure_sentences.indentation_sentences,
+        figure_sentences.own_figure_sentences,
+        figure_sentences.vibration_sentences,
         suggestion,
     ),
 }

@@ -13,24 +13,7 @@ from ..contracts.case import Case, LawFile
 from ..contracts.catalogue import CHOICE, CONDITION, MODEL, PRECEDENCE, UNCERTAINTY, Outline
 from ..contracts.layout import Layout
 from ..contracts.search import Search
-from .cases import (
-    TIME_BUDGET,
-    CaseTemplate,
-    Factor,
-    IdentityTexts,
-    KeyValue,
-    LawAssignment,
-    ZippedAxes,
-    factor_of,
-    identity_number,
-    identity_of_text,
-    identity_text,
-    law_assignment_at,
-    nest,
-    product_cases,
-    with_dependent_values,
-    zipped_axes,
-)
+from . import cases
 from .keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, deciding_paths, value_key
 from .keys.library_names import LibraryNumber, VariedName, put_numbers_of_names, with_names
 from .keys.outline import unit_of_number
@@ -67,7 +50,7 @@ class Grid:
     limits: dict[str, Any]  # column -> largest acceptable value, SI, or a mapping; see `verdict.limits_of`
     figures: dict[str, str]  # user-defined: name -> expression of columns
     _shape: KeyTable
-    _values: dict[str, KeyValue]
+    _values: dict[str, cases.KeyValue]
     _written: frozenset[str]
     _names: dict[str, frozenset[str]]
     _zipped_paths: dict[str, tuple[str, ...]]  # 'zip', 'cases' or 'sample' -> the paths that vary together
@@ -162,13 +145,13 @@ class Grid:
     def __len__(self) -> int:
         return self.size
 
-    def point(self, index: int) -> dict[str, KeyValue]:
+    def point(self, index: int) -> dict[str, cases.KeyValue]:
         """Return dotted path -> value of the swept keys of a case; None for a key that its laws do not use."""
         if not 0 <= index < len(self):
             raise IndexError(f"case {index} of {len(self)}")
         if index >= self._product:
             return dict(zip(self.axes, self.added_cases[index - self._product], strict=True))
-        values: dict[str, KeyValue] = dict.fromkeys(self.axes)
+        values: dict[str, cases.KeyValue] = dict.fromkeys(self.axes)
         for factor in reversed(self._factors):
             index, k = divmod(index, factor.size)
             values |= factor.point(k, self.axes)
@@ -178,13 +161,13 @@ class Grid:
         """Return the case at `index` with defaults filled in and only the keys in use."""
         return self.case_at(self.point(index))
 
-    def case_at(self, point: Mapping[str, KeyValue]) -> Case:
+    def case_at(self, point: Mapping[str, cases.KeyValue]) -> Case:
         """Return the case at a `point`, dotted path -> value."""
         case = case_of(self._tree(point), self._outline)
         earlier = [case_of(self._tree(before), self._outline) for before in self.before(point)]
         return case._replace(before=tuple(earlier)) if earlier else case
 
-    def before(self, point: Mapping[str, KeyValue]) -> list[dict[str, KeyValue]]:
+    def before(self, point: Mapping[str, cases.KeyValue]) -> list[dict[str, cases.KeyValue]]:
         """Return the points before one in its chain, in order; [] where no state is carried.
 
         A chain takes the values of the carried axis up, then down.
@@ -204,30 +187,30 @@ class Grid:
         """Return the axis along which the state is carried, '' if none is."""
         return str(self._values.get(CARRIED, "")) if self._values.get(START) == "carried" else ""
 
-    def place_in_chain(self, index: int) -> tuple[tuple[KeyValue, ...], int]:
+    def place_in_chain(self, index: int) -> tuple[tuple[cases.KeyValue, ...], int]:
         """Return what the cases of a chain share, and the number of cases before one in it."""
         point, chain_paths = self.point(index), (self.chained, DIRECTION)
         return tuple(str(value) for path, value in point.items() if path not in chain_paths), len(self.before(point))
 
-    def _identity_text(self, point: Mapping[str, KeyValue]) -> str:
+    def _identity_text(self, point: Mapping[str, cases.KeyValue]) -> str:
         """Return the text whose hash is the identity of the case at a point; that of a chain has the values before."""
-        text = identity_text(self._tree(point))
+        text = cases.identity_text(self._tree(point))
         earlier = [(before[DIRECTION], before[self.chained]) for before in self.before(point)]
         return f"{text}{json.dumps(earlier)}" if earlier else text
 
-    def case_tree(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
+    def case_tree(self, point: Mapping[str, cases.KeyValue]) -> dict[str, Any]:
         """Return the case at a `point` in the form of a grid file, in SI."""
         return self._tree(point)
 
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal digits that identify a case: a hash of its values and the model version."""
-        return identity_of_text(self._identity_text(self.point(index)))
+        return cases.identity_of_text(self._identity_text(self.point(index)))
 
     def without_added(self) -> "Grid":
         """Return the grid without the cases that a run added."""
         return replace(self, added_cases=())
 
-    def with_added(self, points: Sequence[Mapping[str, KeyValue]]) -> "Grid":
+    def with_added(self, points: Sequence[Mapping[str, cases.KeyValue]]) -> "Grid":
         """Return the grid with the cases at these `points` appended."""
         rows = tuple(tuple(point[path] for path in self.axes) for point in points)
         return replace(self, added_cases=(*self.added_cases, *rows))
@@ -236,8 +219,8 @@ class Grid:
         """Return the case at `index` in the form of a grid file, in SI; its identity is a hash of this form."""
         return self._tree(self.point(index))
 
-    def _tree(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
-        return self._pattern(law_assignment_at(point)).case({**point, **self.defined.values_at(point)})
+    def _tree(self, point: Mapping[str, cases.KeyValue]) -> dict[str, Any]:
+        return self._pattern(cases.law_assignment_at(point)).case({**point, **self.defined.values_at(point)})
 
     def identities(self, indices: range | None = None) -> Iterator[int]:
         """Yield the identity of every case, in order, as a number below 2**64.
@@ -246,30 +229,33 @@ class Grid:
         """
         indices = range(self.size) if indices is None else indices
         if self.chained:
-            yield from (identity_number(self._identity_text(self.point(index))) for index in indices)
+            yield from (cases.identity_number(self._identity_text(self.point(index))) for index in indices)
             return
-        texts = IdentityTexts(self._shape, {*self.axes, *self.defined.dependents})
+        texts = cases.IdentityTexts(self._shape, {*self.axes, *self.defined.dependents})
         if self.defined.dependents:  # for numbers that may depend on several axes
             for point in map(self.point, indices):
-                yield identity_number(
-                    self._pattern(law_assignment_at(point)).identity_template
+                yield cases.identity_number(
+                    self._pattern(cases.law_assignment_at(point)).identity_template
                     % texts.texts_at({**point, **self.defined.values_at(point)})
                 )
             return
-        for law_assignment, texts_by_path in product_cases(
+        for law_assignment, texts_by_path in cases.product_cases(
             self._factors, self.axes, texts.texts_at, self._product_part(indices)
         ):
-            yield identity_number(self._pattern(law_assignment).identity_template % texts_by_path)
+            yield cases.identity_number(self._pattern(law_assignment).identity_template % texts_by_path)
         for point in map(self.point, range(max(indices.start, self._product), indices.stop)):
-            yield identity_number(self._pattern(law_assignment_at(point)).identity_template % texts.texts_at(point))
+            yield cases.identity_number(
+                self._pattern(cases.law_assignment_at(point)).identity_template % texts.texts_at(point)
+            )
 
-    def law_assignments(self, indices: range | None = None) -> Iterator[LawAssignment]:
+    def law_assignments(self, indices: range | None = None) -> Iterator[cases.LawAssignment]:
         """Yield the swept law names of every case, or of those at `indices`, in order."""
         indices = range(self.size) if indices is None else indices
         yield from (
-            names for names, _ in product_cases(self._factors, self.axes, lambda _: {}, self._product_part(indices))
+            names
+            for names, _ in cases.product_cases(self._factors, self.axes, lambda _: {}, self._product_part(indices))
         )
-        yield from map(law_assignment_at, map(self.point, range(max(indices.start, self._product), indices.stop)))
+        yield from map(cases.law_assignment_at, map(self.point, range(max(indices.start, self._product), indices.stop)))
 
     def _product_part(self, indices: range) -> range:
         """Return the indices of a range that lie in the product."""
@@ -278,7 +264,7 @@ class Grid:
     @property
     def may_repeat(self) -> bool:
         """Return whether two cases may be equal: numbers that depend on axes may repeat, values of an axis do not."""
-        patience = f"simulate.{TIME_BUDGET}" in self.axes
+        patience = f"simulate.{cases.TIME_BUDGET}" in self.axes
         return bool(self.defined.dependents or self.added_cases or self._zipped_paths or self.varied_names or patience)
 
     def fixed_settings(self) -> dict[str, Any]:
@@ -286,7 +272,7 @@ class Grid:
         fixed = {
             path: value
             for path, value in self._fixed_values.items()
-            if path not in (f"simulate.{TIME_BUDGET}", _WORST_PATH)
+            if path not in (f"simulate.{cases.TIME_BUDGET}", _WORST_PATH)
         }
         if self.law_files:
             words = [*fixed.values(), *(value for values in self.axes.values() for value in values)]
@@ -331,7 +317,7 @@ class Grid:
         }
         base = {path: value for path, value in self._fixed_values.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = with_names(base, self.varied_names)
-        case_sections = nest(sections | base | fillers, self._list_paths)
+        case_sections = cases.nest(sections | base | fillers, self._list_paths)
         figures = {"figures": {**case_sections.get("figures", {}), **self.figures}}
         case_sections |= figures if figures["figures"] else {}
         return {"name": self.name} | case_sections | variations | other_sections
@@ -344,24 +330,24 @@ class Grid:
         return unit_of_number(key, self._names, self._fixed_values.get(f"{path.rpartition('.')[0]}.exponent"))
 
     @cached_property
-    def _patterns(self) -> dict[LawAssignment, CaseTemplate]:
+    def _patterns(self) -> dict[cases.LawAssignment, cases.CaseTemplate]:
         """Return a cache, swept law names -> shared part of their cases, since there are many cases and few laws."""
         return {}
 
-    def _pattern(self, law_assignment: LawAssignment) -> CaseTemplate:
+    def _pattern(self, law_assignment: cases.LawAssignment) -> cases.CaseTemplate:
         """Return the shared part of the cases with these swept law names."""
         if law_assignment not in self._patterns:
             values_in_use = self._values_in_use(dict(law_assignment))
             swept = [path for path in values_in_use if path in self.axes and path not in dict(law_assignment)]
             numbers = {path: self.axes[path][0] for path in swept}
             numbers |= {path: self._values[path] for path in values_in_use if path in self.defined.dependents}
-            self._patterns[law_assignment] = CaseTemplate(values_in_use | numbers, numbers, self._list_paths)
+            self._patterns[law_assignment] = cases.CaseTemplate(values_in_use | numbers, numbers, self._list_paths)
         return self._patterns[law_assignment]
 
-    def _values_in_use(self, law_by_path: Mapping[str, str]) -> dict[str, KeyValue]:
+    def _values_in_use(self, law_by_path: Mapping[str, str]) -> dict[str, cases.KeyValue]:
         """Return path -> value, or default, of every key in use with these swept law names."""
         names = self._names | {path: frozenset({word}) for path, word in law_by_path.items()}
-        values_in_use: dict[str, KeyValue] = {}
+        values_in_use: dict[str, cases.KeyValue] = {}
         for path, key in self._shape.items():
             if isinstance(key, Word) and key.is_used(names):
                 values_in_use[path] = law_by_path.get(path, self._values.get(path))
@@ -373,9 +359,9 @@ class Grid:
         return put_numbers_of_names(values_in_use, self.varied_names) | dict(uncertain_leaves(self.uncertain))
 
     @cached_property
-    def _fixed_values(self) -> dict[str, KeyValue]:
+    def _fixed_values(self) -> dict[str, cases.KeyValue]:
         """Return path -> value of all keys that are not swept; for a swept law, only the keys that are written."""
-        values_in_use: dict[str, KeyValue] = {}
+        values_in_use: dict[str, cases.KeyValue] = {}
         for path, key in self._shape.items():
             if isinstance(key, (Section, Name)) or path in self.axes or path in self.defined.dependents:
                 continue
@@ -390,7 +376,9 @@ class Grid:
                 value = self._values.get(path, fields[0].default) if fields else None
             values_in_use[path] = value
         values_in_use |= dict(uncertain_leaves(self.uncertain))
-        base = {path: value for path, value in with_dependent_values(values_in_use).items() if path not in self.axes}
+        base = {
+            path: value for path, value in cases.with_dependent_values(values_in_use).items() if path not in self.axes
+        }
         return (
             base
             | {path: f"= {text}" for path, text in self.defined.dependents.items()}
@@ -405,9 +393,9 @@ class Grid:
         return ({"sweep": swept} if swept else {}) | self._zipped_paths
 
     @cached_property
-    def _factors(self) -> tuple[Factor | ZippedAxes, ...]:
+    def _factors(self) -> tuple[cases.Factor | cases.ZippedAxes, ...]:
         """Return the factors of the product: zipped axes, sections with swept law names, and every other axis."""
-        steps = tuple(zipped_axes(paths, self.axes) for paths in self._zipped_paths.values())
+        steps = tuple(cases.zipped_axes(paths, self.axes) for paths in self._zipped_paths.values())
         groups: dict[str, list[str]] = {}
         sweep = self._axes_by_section.get("sweep", ())
         for path in sweep:
@@ -415,7 +403,7 @@ class Grid:
             swept = [chooser for chooser in deciding_paths(key) if chooser in sweep]
             joint_axis = path if isinstance(key, Word) else swept[0] if swept else None
             groups.setdefault(joint_axis.rpartition(".")[0] if joint_axis else path, []).append(path)
-        return (*(factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)
+        return (*(cases.factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)
 
     @cached_property
     def _list_paths(self) -> tuple[str, ...]:
@@ -425,4 +413,4 @@ class Grid:
 
 def identity(case: Mapping[str, Any]) -> str:
     """Return the identity of a resolved case: 16 hexadecimal digits, from all keys but `save` and time_budget."""
-    return identity_of_text(identity_text(case))
+    return cases.identity_of_text(cases.identity_text(case))

@@ -3,35 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from ..contracts.case import (
-    NO_CONTACT,
-    SUFFIX_WITH_CLEARANCE,
-    Capacity,
-    Case,
-    Contact,
-    Drive,
-    Film,
-    Friction,
-    Housing,
-    Joint,
-    Life,
-    Load,
-    Material,
-    Materials,
-    Mechanism,
-    Oil,
-    OwnFigure,
-    Profile,
-    Rolling,
-    Roughness,
-    Save,
-    Simulate,
-    Table,
-    Thermal,
-    Until,
-    Wear,
-    housing_name,
-)
+from ..contracts import case
 from ..contracts.catalogue import JointOutline, LoadOutline, Outline
 from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration, VibrationOutline
 from .keys.joint_keys import PRELOAD, ROLLING
@@ -58,7 +30,7 @@ def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
     return section.typed_form
 
 
-def case_of(tree: Tree, outline: Outline) -> Case:
+def case_of(tree: Tree, outline: Outline) -> case.Case:
     """Return the typed form of a case given as nested sections in SI with defaults and only keys in use."""
     sections = tree.get("joints", {})
     joints = (
@@ -68,7 +40,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
     simulate, save = _typed(_simulate, tree["simulate"]), _typed(_save, tree["save"])
     if outline.length == "time":  # which saves the whole run
         save = save._replace(revolutions=simulate.revolutions)
-    return Case(
+    return case.Case(
         mechanism=_typed(_mechanism, tree["mechanism"]),
         joints=joints,
         simulate=simulate,
@@ -79,7 +51,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
             *_preloads(joints),
         ),
         outline=outline,
-        life=_typed(lambda section: Life(**section), tree["life"]) if "life" in tree else None,
+        life=_typed(lambda section: case.Life(**section), tree["life"]) if "life" in tree else None,
         uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
         law_files=tree.get(LAWS, ()),
         vibration=_typed(_vibration, tree["vibration"], outline.vibration) if "vibration" in tree else None,
@@ -87,22 +59,22 @@ def case_of(tree: Tree, outline: Outline) -> Case:
     )
 
 
-def _preloads(joints: tuple[Joint, ...]) -> Iterator[Load]:
+def _preloads(joints: tuple[case.Joint, ...]) -> Iterator[case.Load]:
     """Yield the preloads of clearance joints, which also act without contact, as loads on bodies."""
     for joint in joints:
         if joint.friction and PRELOAD in joint.friction.values:
             radius = joint.bearing_radius or 1.0  # of a pin; the friction in a guide is a force
             values = {"on": joint.name, "radius": radius, PRELOAD: joint.friction.values[PRELOAD]}
-            yield Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction, laws=joint.laws)
+            yield case.Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction, laws=joint.laws)
 
 
-def _mechanism(section: Tree) -> Mechanism:
+def _mechanism(section: Tree) -> case.Mechanism:
     kind, bodies = _split_keys(section, "type")
-    return Mechanism(kind, dict(leaves(bodies)))
+    return case.Mechanism(kind, dict(leaves(bodies)))
 
 
-def _simulate(section: Tree) -> Simulate:
-    until = {"until": Until(**section["until"])} if "until" in section else {}
+def _simulate(section: Tree) -> case.Simulate:
+    until = {"until": case.Until(**section["until"])} if "until" in section else {}
     values = {**section, **until}
     if "cycles" in values:
         values["revolutions"] = values.pop("cycles")
@@ -110,12 +82,12 @@ def _simulate(section: Tree) -> Simulate:
         duration, before = values.pop("time"), values.pop("discard")
         window = duration - before
         values |= {"revolutions": duration / window, "discard": before / window, "period": window}
-    return Simulate(**values)
+    return case.Simulate(**values)
 
 
-def _save(section: Tree) -> Save:
+def _save(section: Tree) -> case.Save:
     channels = tuple(section.get("channels", ()))
-    return Save(**{**section, "channels": channels})
+    return case.Save(**{**section, "channels": channels})
 
 
 def _vibration(section: Tree, outline: VibrationOutline) -> Vibration:
@@ -126,7 +98,7 @@ def _vibration(section: Tree, outline: VibrationOutline) -> Vibration:
         bounds,
         _frame(frame or {}),
         tuple(
-            Location(FRAME, housing_name(place.body), None)
+            Location(FRAME, case.housing_name(place.body), None)
             if place.name == FRAME
             else _place(place.name, others[place.name])
             for place in outline.places
@@ -135,9 +107,9 @@ def _vibration(section: Tree, outline: VibrationOutline) -> Vibration:
     )
 
 
-def _figures(section: Tree, laws: str) -> tuple[OwnFigure, ...]:
+def _figures(section: Tree, laws: str) -> tuple[case.OwnFigure, ...]:
     figures = ((name, *_split_keys(figure, "law")) for name, figure in section.items())
-    return tuple(OwnFigure(name, law, values, laws) for name, law, values in figures)
+    return tuple(case.OwnFigure(name, law, values, laws) for name, law, values in figures)
 
 
 def _frame(section: Tree) -> Frame:
@@ -151,38 +123,40 @@ def _place(name: str, section: Tree) -> Location:
     return Location(name, section["body"], tuple(point) if point else None)
 
 
-def _drive(section: Tree, laws: str) -> Drive:
+def _drive(section: Tree, laws: str) -> case.Drive:
     speed, angle, motor, servo, values = _split_keys(section, "speed", "angle", "motor", "servo")
     if isinstance(speed, dict):
-        return Drive(table=_table(speed["table"]), **values)
+        return case.Drive(table=_table(speed["table"]), **values)
     if angle:
         path = _table(angle["table"])
-        return Drive(table=path, start_angle=path["angle"][0], **values)
+        return case.Drive(table=path, start_angle=path["angle"][0], **values)
     if servo:
         target, own_values = _split_keys(servo, "target")
-        return Drive(table=_table(target["table"]), values=own_values, **values)
+        return case.Drive(table=_table(target["table"]), values=own_values, **values)
     if motor and "table" in motor:
-        return Drive(table=_table(motor["table"]), **values)
+        return case.Drive(table=_table(motor["table"]), **values)
     if motor and "law" in motor:
         law, own_values = _split_keys(motor, "law")
-        return Drive(law=law, values=own_values, laws=laws, **values)
+        return case.Drive(law=law, values=own_values, laws=laws, **values)
     if motor:
-        return Drive(torque=motor["stall_torque"], no_load_speed=motor["no_load_speed"], **values)
-    return Drive(**values) if speed is None else Drive(speed=speed, **values)
+        return case.Drive(torque=motor["stall_torque"], no_load_speed=motor["no_load_speed"], **values)
+    return case.Drive(**values) if speed is None else case.Drive(speed=speed, **values)
 
 
-def _load(section: Tree, load: LoadOutline, laws: str) -> Load:
+def _load(section: Tree, load: LoadOutline, laws: str) -> case.Load:
     table, friction, remainder = _split_keys(section, "table", "friction")
     friction_law = _friction(friction) if friction else None
-    return Load(load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, friction_law, laws)
+    return case.Load(
+        load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, friction_law, laws
+    )
 
 
-def _table(columns: Tree) -> Table:
+def _table(columns: Tree) -> case.Table:
     return {name: tuple(values) for name, values in columns.items()}
 
 
-def _joint(section: Tree, name: str, laws: str) -> Joint:
-    values: dict[str, Any] = {"contact": NO_CONTACT, **section}
+def _joint(section: Tree, name: str, laws: str) -> case.Joint:
+    values: dict[str, Any] = {"contact": case.NO_CONTACT, **section}
     values.pop("stops", None)
     if values.pop("type", None) == ROLLING:
         values = _rolling(values)
@@ -192,69 +166,72 @@ def _joint(section: Tree, name: str, laws: str) -> Joint:
     for key, build in _JOINT_SECTIONS:
         if key in section:
             values[key] = _typed(build, section[key])
-    return Joint(name=name, laws=laws, **values)
+    return case.Joint(name=name, laws=laws, **values)
 
 
-def _stops(section: Tree, joint: JointOutline, outline: Outline) -> Joint:
+def _stops(section: Tree, joint: JointOutline, outline: Outline) -> case.Joint:
     """Return the stops of a joint, which have a name of their own next to a clearance."""
-    name, at = f"{joint.name}{SUFFIX_WITH_CLEARANCE if joint.name in outline.clearances else ''}", tuple(section["at"])
-    stops = Joint(name, 0.5 * (at[1] - at[0]), _contact(section["contact"]), stops=at, stopped=joint.name)
+    name, at = (
+        f"{joint.name}{case.SUFFIX_WITH_CLEARANCE if joint.name in outline.clearances else ''}",
+        tuple(section["at"]),
+    )
+    stops = case.Joint(name, 0.5 * (at[1] - at[0]), _contact(section["contact"]), stops=at, stopped=joint.name)
     return stops._replace(slides=joint.type == "prismatic", laws=outline.laws)
 
 
 def _rolling(section: Tree) -> dict[str, Any]:
     """Return the values of a joint that is a rolling bearing, whose diametral clearance becomes a radial one."""
     material, capacity = section.get("material"), section.get("capacity", {})
-    sections = {"groove": tuple(section.get("groove", ())), "capacity": Capacity(**capacity)}
-    sections |= {"material": Material(**material)} if material else {}
-    own = {key: value for key, value in section.items() if key in Rolling._fields}
-    others = {key: value for key, value in section.items() if key not in Rolling._fields}
+    sections = {"groove": tuple(section.get("groove", ())), "capacity": case.Capacity(**capacity)}
+    sections |= {"material": case.Material(**material)} if material else {}
+    own = {key: value for key, value in section.items() if key in case.Rolling._fields}
+    others = {key: value for key, value in section.items() if key not in case.Rolling._fields}
     elements = own | sections | {"elements": int(section["elements"])}
-    return others | {"clearance": 0.5 * section["clearance"], "rolling": Rolling(**elements)}
+    return others | {"clearance": 0.5 * section["clearance"], "rolling": case.Rolling(**elements)}
 
 
-def _friction(section: Tree) -> Friction:
-    return Friction(*_split_keys(section, "law"))
+def _friction(section: Tree) -> case.Friction:
+    return case.Friction(*_split_keys(section, "law"))
 
 
-def _wear(section: Tree) -> Wear:
+def _wear(section: Tree) -> case.Wear:
     law, pressure, bins, unit, running_in, evolve, axial_bins, values = _split_keys(
         section, "law", "pressure", "bins", "coefficient_unit", "running_in", "evolve", "length_bins"
     )
-    return Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), axial_bins or 1)
+    return case.Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), axial_bins or 1)
 
 
-def _thermal(section: Tree) -> Thermal:
+def _thermal(section: Tree) -> case.Thermal:
     expansion, housing, values = _split_keys(section, "expansion", "housing")
-    return Thermal(**values, **(expansion or {}), housing=Housing(**housing) if housing else None)
+    return case.Thermal(**values, **(expansion or {}), housing=case.Housing(**housing) if housing else None)
 
 
-def _film(section: Tree) -> Film:
+def _film(section: Tree) -> case.Film:
     transition, viscosity, thermal, values = _split_keys(section, "transition", "viscosity", "thermal")
     if transition:
         law, start, width, remainder = _split_keys(transition, "law", "from", "width")
         values |= {"transition": law, "begin": start, "width": width, "asperities": remainder}
-    values["own"] = {key: values.pop(key) for key in [*values] if key not in Film._fields}
+    values["own"] = {key: values.pop(key) for key in [*values] if key not in case.Film._fields}
     if not isinstance(viscosity, dict):
-        return Film(viscosity=viscosity, **values)
-    oil = Oil(viscosity["at_40C"], viscosity["at_100C"], viscosity["density"])
+        return case.Film(viscosity=viscosity, **values)
+    oil = case.Oil(viscosity["at_40C"], viscosity["at_100C"], viscosity["density"])
     if thermal:
-        values |= {"thermal": Thermal(**thermal)}
+        values |= {"thermal": case.Thermal(**thermal)}
         values.setdefault("temperature", thermal["ambient"])
-    return Film(viscosity=oil.viscosity(values["temperature"]), density=oil.density, oil=oil, **values)
+    return case.Film(viscosity=oil.viscosity(values["temperature"]), density=oil.density, oil=oil, **values)
 
 
-def _contact(section: Tree) -> Contact:
+def _contact(section: Tree) -> case.Contact:
     law, elastic, material, onset, fit, values = _split_keys(section, "law", "elastic", "material", "onset", "fit")
-    return Contact(
+    return case.Contact(
         law, elastic, values, _materials(material) if material else None, onset, _table(fit) if fit else None
     )
 
 
-def _roughness(section: Tree) -> Roughness:
+def _roughness(section: Tree) -> case.Roughness:
     law, values = _split_keys(section, "law")
     tables = {key: _table(value) for key, value in values.items() if isinstance(value, dict)}
-    return Roughness(law, {key: value for key, value in values.items() if key not in tables}, tables)
+    return case.Roughness(law, {key: value for key, value in values.items() if key not in tables}, tables)
 
 
 _JOINT_SECTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (
@@ -265,17 +242,19 @@ _JOINT_SECTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("tilt", tuple),
     ("offset", tuple),
     ("friction", _friction),
-    ("profile", lambda section: Profile(*_split_keys(section, "law"))),
+    ("profile", lambda section: case.Profile(*_split_keys(section, "law"))),
     ("wear", _wear),
     ("film", _film),
     ("thermal", _thermal),
 )
 
 
-def _materials(section: Tree) -> Materials:
+def _materials(section: Tree) -> case.Materials:
     """Return the materials of bearing and journal: separate ones, or one for both."""
     is_split = "bearing" in section
-    return Materials(*(Material(**(section[body] if is_split else section)) for body in Materials._fields))
+    return case.Materials(
+        *(case.Material(**(section[body] if is_split else section)) for body in case.Materials._fields)
+    )
 
 
 def _split_keys(section: Tree, *keys: str) -> tuple[Any, ...]:

@@ -17,19 +17,9 @@ from ..answers.verdict import Limit, units_of
 from ..answers.words import case_margin_text
 from ..contracts.layout import Column
 from ..contracts.search import CaseResults, Found, Point, SearchTable
-from ..grid import Grid
+from ..grid import Grid, sections
 from ..grid.keys import Number, Word
 from ..grid.keys.library_names import name_path
-from ..grid.sections import (
-    AXES_OF_NAMES,
-    PAIR_SCHEMA,
-    EntriesKey,
-    KeySection,
-    NamesKey,
-    Reader,
-    cases_key,
-    single_key_schemas,
-)
 from ..grid.sections.fits import naming_of
 from ..grid.written import WrittenValue
 from ..language.errors import InputError, did_you_mean, quoted
@@ -443,21 +433,26 @@ def _ranks(values: np.ndarray) -> np.ndarray:
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
 MAX_CASES = 100_000
-_AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, *AXES_OF_NAMES]}
-OPTIMISE_SECTION = KeySection(
+_AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, *sections.AXES_OF_NAMES]}
+OPTIMISE_SECTION = sections.KeySection(
     OPTIMISE,
     "search for the values that minimise or maximise columns of summary.parquet within `limits`",
     "{over: {define.play: [5 um, 100 um]}, minimise: rod_slider_load_peak, cases: 300}",
     (
-        EntriesKey(
+        sections.EntriesKey(
             "over",
             "path -> [low, high], {among: [a, ...]} (laws, materials, fits, groups, numbers) or {whole: [low, high]}",
             required=True,
             missing=f"{MISSING_OVER_TEXT}, such as {{define.play: [5 um, 100 um]}}",
-            entry={"anyOf": [PAIR_SCHEMA, *single_key_schemas({AMONG: _AMONG_FORM, WHOLE: PAIR_SCHEMA})]},
+            entry={
+                "anyOf": [
+                    sections.PAIR_SCHEMA,
+                    *sections.single_key_schemas({AMONG: _AMONG_FORM, WHOLE: sections.PAIR_SCHEMA}),
+                ]
+            },
         ),
-        *(NamesKey(sense, f"column or columns to {sense}", noun="column") for sense in SENSES),
-        cases_key(1, MAX_CASES),
+        *(sections.NamesKey(sense, f"column or columns to {sense}", noun="column") for sense in SENSES),
+        sections.cases_key(1, MAX_CASES),
         SEED_KEY,
     ),
     {"anyOf": [{"required": [sense]} for sense in SENSES]},
@@ -469,7 +464,7 @@ class Optimise(SearchOver):
     """Objectives, and the values to choose from, in SI."""
 
     name: ClassVar[str] = OPTIMISE
-    keys: ClassVar[KeySection] = OPTIMISE_SECTION
+    keys: ClassVar[sections.KeySection] = OPTIMISE_SECTION
     example: ClassVar[str] = (
         "optimise: {over: {drive.speed: [500 rpm, 3000 rpm]}, minimise: rod_slider_load_peak, cases: 60}"
     )
@@ -531,7 +526,7 @@ class Optimise(SearchOver):
         )
 
     @classmethod
-    def read_choice(cls, reader: Reader, key: str, written: WrittenValue) -> tuple[str, WrittenValue] | None:
+    def read_choice(cls, reader: sections.Reader, key: str, written: WrittenValue) -> tuple[str, WrittenValue] | None:
         """Return path and values of an entry of `over`, and record the kind of its choice."""
         path = name_path(key, reader.keys_in_use)
         key_path, used_key = f"{OPTIMISE}.over.{path}", reader.keys_in_use.get(path)
@@ -557,7 +552,7 @@ class Optimise(SearchOver):
         return path, written
 
     @classmethod
-    def read_own(cls, reader: Reader, section: WrittenValue) -> dict[str, Any]:
+    def read_own(cls, reader: sections.Reader, section: WrittenValue) -> dict[str, Any]:
         """Return the objectives."""
         objectives: list[tuple[str, bool]] = []
         known_columns = {**reader.figures, **dict.fromkeys(reader.user_figures, "")}

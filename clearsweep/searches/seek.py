@@ -10,20 +10,8 @@ import numpy as np
 
 from ..contracts.layout import Column
 from ..contracts.search import CaseResults, Found, FurtherRuns, Point, Search, SearchTable
-from ..grid import Fit, Grid
+from ..grid import Fit, Grid, sections
 from ..grid.keys import KeyTable, Number, Word
-from ..grid.sections import (
-    AXES_OF_NAMES,
-    Key,
-    KeySection,
-    NamesKey,
-    QuantityKey,
-    RangeKey,
-    Reader,
-    WordKey,
-    check_always_used,
-    section_in,
-)
 from ..grid.sections.fits import NAMINGS, read_fit_names
 from ..grid.written import WrittenValue
 from ..language import quantity
@@ -36,42 +24,42 @@ MAX_HALVINGS = 40  # of a range: then its width is near the rounding of floats
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
 _PATH_NOUN = "dotted path"
 _AMONG_EXAMPLE, _GROUPS_EXAMPLE = "{fits: [H7/g6, H7/f7]}", "{groups: [CN, C3]}"
-SEEK_SECTION = KeySection(
+SEEK_SECTION = sections.KeySection(
     SEEK,
     "search for the largest or smallest value of one key for which cases meet `limits`",
     _SEEK_EXAMPLE,
     (
-        NamesKey(
+        sections.NamesKey(
             "largest",
             ("path whose largest value is searched for, or several paths with one common value"),
             noun=_PATH_NOUN,
         ),
-        NamesKey(
+        sections.NamesKey(
             "smallest",
             "path whose smallest value is searched for, or several paths with one common value",
             noun=_PATH_NOUN,
         ),
-        RangeKey(
+        sections.RangeKey(
             "between", "[low, high]: the range of the search", missing="; write the range, such as [5 um, 200 um]"
         ),
-        QuantityKey(
+        sections.QuantityKey(
             "within",
             "required accuracy of the answer, at most a quarter of the range",
             missing="; write the accuracy of the answer, such as 1 um",
         ),
-        Key(
+        sections.Key(
             "among",
             f"{_AMONG_EXAMPLE} replaces `between` and `within`: each fit is tested at its largest clearance; "
             f"{_GROUPS_EXAMPLE} of rolling bearings",
-            {"anyOf": AXES_OF_NAMES},
+            {"anyOf": sections.AXES_OF_NAMES},
         ),
-        WordKey(
+        sections.WordKey(
             "meeting",
             "condition that the cases must meet; `limits` is the only choice",
             words=("limits",),
             default="limits",
         ),
-        WordKey(
+        sections.WordKey(
             "for",
             "`each`: one answer for each case of the other axes (default); `all`: one answer, for the worst case",
             words=SEEK_SCOPES,
@@ -168,7 +156,7 @@ class Seek(Search):
     """The section `seek`, in SI."""
 
     name: ClassVar[str] = SEEK
-    keys: ClassVar[KeySection] = SEEK_SECTION
+    keys: ClassVar[sections.KeySection] = SEEK_SECTION
     example: ClassVar[str] = (
         "seek: {largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 2 um, for: all}"
     )
@@ -245,7 +233,7 @@ class Seek(Search):
 
     @classmethod
     def late_axes(
-        cls, reader: Reader, root: WrittenValue, keys: KeyTable, values_of: Callable[[str], tuple[float, ...]]
+        cls, reader: sections.Reader, root: WrittenValue, keys: KeyTable, values_of: Callable[[str], tuple[float, ...]]
     ) -> dict[str, tuple[WrittenValue, WrittenValue]]:
         """Return the paths, each with the ends of the range or all values to try; report those that have no range."""
         seek_range = _read_range(reader, root, values_of)
@@ -265,7 +253,7 @@ class Seek(Search):
         return axes
 
     @classmethod
-    def read(cls, reader: Reader, root: WrittenValue) -> "Seek | None":
+    def read(cls, reader: sections.Reader, root: WrittenValue) -> "Seek | None":
         """Return the section `seek`, or None if it is missing or wrong."""
         return _read_seek(reader, root)
 
@@ -307,7 +295,7 @@ class Seek(Search):
 
 
 def _read_range(
-    reader: Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
+    reader: sections.Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
     """Return the searched paths and their values as written, or None if there is nothing to vary.
 
@@ -333,7 +321,10 @@ def _read_range(
 
 
 def _read_fits(
-    reader: Reader, section: WrittenValue, paths: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+    reader: sections.Reader,
+    section: WrittenValue,
+    paths: list[WrittenValue],
+    values_of: Callable[[str], tuple[float, ...]],
 ) -> tuple[list[WrittenValue], WrittenValue] | None:
     """Return the paths, and the largest clearances of the fits to search, ascending."""
     among = section.value["among"]
@@ -356,8 +347,8 @@ def _read_fits(
     return paths, among.with_value(values)
 
 
-def _read_seek(reader: Reader, root: WrittenValue) -> Seek | None:
-    section = section_in(root, SEEK)
+def _read_seek(reader: sections.Reader, root: WrittenValue) -> Seek | None:
+    section = sections.section_in(root, SEEK)
     paths = tuple(path for path, section_name in reader.varied_by.items() if section_name == SEEK)
     if section is None or not paths or not set(paths) <= reader.axes.keys():
         return None
@@ -381,7 +372,7 @@ def _read_seek(reader: Reader, root: WrittenValue) -> Seek | None:
     scope = SEEK_SECTION.value(reader.problems, section, "for")
     SEEK_SECTION.value(reader.problems, section, "meeting")  # `limits` is the only word so far
     for other_path in reader.axes:
-        check_always_used(reader, entries[direction], SEEK, other_path)
+        sections.check_always_used(reader, entries[direction], SEEK, other_path)
     is_per_case = scope == SEEK_SCOPES[0]
     if fits:
         names = [fit.name for fit in fits]
@@ -403,7 +394,7 @@ def _read_seek(reader: Reader, root: WrittenValue) -> Seek | None:
     return Seek(direction, paths, (low, high), tolerance, is_per_case)
 
 
-def _unit_of_path(reader: Reader, path: str) -> str:
+def _unit_of_path(reader: sections.Reader, path: str) -> str:
     key = reader.keys_in_use[path]
     assert isinstance(key, Number)  # others cannot be searched for
     exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")

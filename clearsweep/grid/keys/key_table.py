@@ -21,26 +21,19 @@ from ...contracts.catalogue import (
 )
 from ...contracts.layout import converging_columns
 from ..library import MATERIALS, PAIRS
-from . import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, section_key, word_key
-from .joint_keys import (
-    GUIDE_PRELOAD_TEXT,
-    ROLLING,
-    UNCHECKED_KEY,
-    add_contact,
-    add_film,
-    add_flanges,
-    add_friction,
-    add_laws,
-    add_numbers,
-    add_preload,
-    add_profile,
-    add_rolling,
-    add_roughness,
-    add_spatial_revolute,
-    add_thermal,
-    laws_of_point_contacts,
-    modulus_paths,
-    onset_key_without_mass,
+from . import (
+    ConditionalDefault,
+    Flag,
+    KeyTable,
+    Name,
+    Number,
+    Section,
+    Table,
+    Use,
+    Word,
+    joint_keys,
+    section_key,
+    word_key,
 )
 from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
 from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys, add_start_keys
@@ -222,7 +215,7 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
         add_life_keys(keys)
     if mechanism.free:
         if mechanism.length in ("revolutions", ANY):
-            add_numbers(keys, "simulate", (_TIME_LIMIT,), NUMERICS, sweep=False)
+            joint_keys.add_numbers(keys, "simulate", (_TIME_LIMIT,), NUMERICS, sweep=False)
         del keys["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
     _add_own_figures(keys, figures, catalogue)
     for path, key in keys.items():
@@ -238,7 +231,7 @@ def _add_own_figures(keys: KeyTable, names: Sequence[str], catalogue: Catalogue)
     for path in [f"figures.{name}" for name in names]:
         keys[path] = Section("a figure of one's own")
         keys[f"{path}.law"] = Word(catalogue.names("figure"), "the figure, as a law file declares it", noun="figure")
-        add_laws(keys, path, "law", catalogue.of("figure"))
+        joint_keys.add_laws(keys, path, "law", catalogue.of("figure"))
 
 
 def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> None:
@@ -254,11 +247,11 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
         laws = tuple(with_given_size(law, section.given_size_key) for law in laws) if section.given_size_key else laws
         names = tuple(law.name for law in laws)
         keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law", role=MODEL)
-        add_laws(keys, section.path, "law", laws, role=section.role)
+        joint_keys.add_laws(keys, section.path, "law", laws, role=section.role)
     for material in section.materials:
         keys[f"{section.path}.{material.name}"] = Name(tuple(MATERIALS), material.text)
-        keys[f"{section.path}.{UNCHECKED}"] = UNCHECKED_KEY
-    add_numbers(keys, section.path, section.fields, section.role)
+        keys[f"{section.path}.{UNCHECKED}"] = joint_keys.UNCHECKED_KEY
+    joint_keys.add_numbers(keys, section.path, section.fields, section.role)
     for columns in section.tables:
         keys[f"{section.path}.{columns.name}"] = Table(columns)
 
@@ -271,11 +264,11 @@ def _add_revolution_keys(
     length : what the length of a run is measured in, as in Outline, or ANY
     """
     keys["simulate"] = Section("duration, tolerance and start of the motion", "implied")
-    add_numbers(keys, "simulate", _LENGTH_FIELDS.get(length, _EVERY_LENGTH), NUMERICS)
+    joint_keys.add_numbers(keys, "simulate", _LENGTH_FIELDS.get(length, _EVERY_LENGTH), NUMERICS)
     add_start_keys(keys)
     keys["simulate.method"] = _METHOD
-    add_numbers(keys, "simulate", _BUDGET_FIELDS, NUMERICS)
-    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)
+    joint_keys.add_numbers(keys, "simulate", _BUDGET_FIELDS, NUMERICS)
+    joint_keys.add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)
     keys["simulate.error_check"], keys["simulate.horizon"] = _ERROR_CHECK, _PREDICTION_HORIZON
     if length in ("revolutions", ANY):
         keys["simulate.until"] = Section(
@@ -283,15 +276,15 @@ def _add_revolution_keys(
         )
         text = "column of the summary whose 95 % interval determines the end of the case"
         keys["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(refused_figures, _NO_INTERVAL_TEXT))
-        add_numbers(keys, "simulate.until", _UNTIL_FIELDS, NUMERICS, sweep=False)
+        joint_keys.add_numbers(keys, "simulate.until", _UNTIL_FIELDS, NUMERICS, sweep=False)
     add_save_keys(keys, has_turns=length != "time")
 
 
 def _add_impact_keys(keys: KeyTable) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
     keys["simulate"] = Section("duration and tolerance of the motion", "implied")
-    add_numbers(keys, "simulate", (_IMPACT_COUNT, _TOLERANCE, *_BUDGET_FIELDS), NUMERICS)
-    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)
+    joint_keys.add_numbers(keys, "simulate", (_IMPACT_COUNT, _TOLERANCE, *_BUDGET_FIELDS), NUMERICS)
+    joint_keys.add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)
     keys["simulate.method"] = _METHOD
     keys["simulate.error_check"] = _ERROR_CHECK
     add_save_keys(keys, has_turns=False)
@@ -300,10 +293,10 @@ def _add_impact_keys(keys: KeyTable) -> None:
 def _add_line_gap(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a gap on a line, which always has clearance."""
     keys[path] = Section("the gap between the bodies")
-    add_numbers(keys, path, (Field("clearance", "m", "half of the total gap"),), CHOICE)
-    add_contact(keys, path, catalogue)
-    add_roughness(keys, path, catalogue)
-    add_film(keys, path, catalogue)
+    joint_keys.add_numbers(keys, path, (Field("clearance", "m", "half of the total gap"),), CHOICE)
+    joint_keys.add_contact(keys, path, catalogue)
+    joint_keys.add_roughness(keys, path, catalogue)
+    joint_keys.add_film(keys, path, catalogue)
     elastic, film = (word_key(keys, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
     for field in _GAP_FIELDS:
         keys[f"{path}.{field.name}"] = Number(
@@ -314,7 +307,7 @@ def _add_line_gap(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
 def _add_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a revolute joint with clearance."""
     keys[path] = Section("a revolute joint with clearance", "optional")
-    add_numbers(
+    joint_keys.add_numbers(
         keys,
         path,
         (
@@ -327,13 +320,13 @@ def _add_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
         CHOICE,
     )
     keys[f"{path}.journal"] = Word(site.journals, "body that carries the journal", site.journals[0])
-    add_contact(keys, path, catalogue)
-    add_roughness(keys, path, catalogue)
-    add_film(keys, path, catalogue)
-    add_friction(keys, path, catalogue)
-    add_preload(keys, path, catalogue)
-    add_thermal(keys, path)
-    add_profile(keys, path, catalogue)
+    joint_keys.add_contact(keys, path, catalogue)
+    joint_keys.add_roughness(keys, path, catalogue)
+    joint_keys.add_film(keys, path, catalogue)
+    joint_keys.add_friction(keys, path, catalogue)
+    joint_keys.add_preload(keys, path, catalogue)
+    joint_keys.add_thermal(keys, path)
+    joint_keys.add_profile(keys, path, catalogue)
     _add_wear(keys, path, catalogue)
 
 
@@ -347,7 +340,7 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         f"wear pair from `clearsweep list pairs`; it determines the law `{DEFAULT_WEAR_LAW}` and, unless given, "
         "`coefficient`; of unlike materials only the softer body wears, the bearing where they are not named",
     )
-    keys[f"{wear_path}.{UNCHECKED}"] = UNCHECKED_KEY
+    keys[f"{wear_path}.{UNCHECKED}"] = joint_keys.UNCHECKED_KEY
     keys[f"{wear_path}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
         "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`",
@@ -357,9 +350,9 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     keys[f"{wear_path}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
     _add_coefficients(keys, wear_path, _WEAR_FIELDS)
     _add_coefficients(keys, f"{wear_path}.running_in", _RUNNING_IN_FIELDS)
-    add_numbers(keys, f"{wear_path}.running_in", (_RUNNING_IN_DISTANCE,), CHOICE)
-    add_numbers(keys, wear_path, (_HARDNESS, _PRESSURE_VELOCITY_LIMIT), CHOICE)
-    add_numbers(keys, wear_path, (_BINS,), NUMERICS, sweep=False)
+    joint_keys.add_numbers(keys, f"{wear_path}.running_in", (_RUNNING_IN_DISTANCE,), CHOICE)
+    joint_keys.add_numbers(keys, wear_path, (_HARDNESS, _PRESSURE_VELOCITY_LIMIT), CHOICE)
+    joint_keys.add_numbers(keys, wear_path, (_BINS,), NUMERICS, sweep=False)
     keys[f"{wear_path}.pressure"] = Word(
         catalogue.names("pressure"),
         "distribution of the pressure over the contact arc; default: hertz-line with a material or a pressure_modulus",
@@ -367,10 +360,10 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         sweep=True,
         noun="law",
         role=MODEL,
-        conditional_default=ConditionalDefault("hertz-line", one_of=modulus_paths(path)),
+        conditional_default=ConditionalDefault("hertz-line", one_of=joint_keys.modulus_paths(path)),
     )
-    add_laws(keys, wear_path, "law", catalogue.of("wear"))
-    add_laws(keys, wear_path, "pressure", catalogue.of("pressure"))
+    joint_keys.add_laws(keys, wear_path, "law", catalogue.of("wear"))
+    joint_keys.add_laws(keys, wear_path, "pressure", catalogue.of("pressure"))
 
 
 def _add_coefficients(keys: KeyTable, path: str, fields: tuple[Field, ...]) -> None:
@@ -388,20 +381,20 @@ def _add_coefficients(keys: KeyTable, path: str, fields: tuple[Field, ...]) -> N
 def _add_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a prismatic joint with clearance: a block between two walls."""
     keys[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
-    add_numbers(keys, path, _GUIDE_FIELDS, CHOICE)
-    _add_contact_without_material(keys, path, laws_of_point_contacts(catalogue), catalogue)
-    keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
-    add_friction(keys, path, catalogue)
-    add_preload(keys, path, catalogue, GUIDE_PRELOAD_TEXT)
+    joint_keys.add_numbers(keys, path, _GUIDE_FIELDS, CHOICE)
+    _add_contact_without_material(keys, path, joint_keys.laws_of_point_contacts(catalogue), catalogue)
+    keys[f"{path}.contact.onset"] = joint_keys.onset_key_without_mass(keys, f"{path}.contact")
+    joint_keys.add_friction(keys, path, catalogue)
+    joint_keys.add_preload(keys, path, catalogue, joint_keys.GUIDE_PRELOAD_TEXT)
 
 
 def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a pin in a straight slot, which always has clearance."""
     keys[path] = Section("a pin in a straight slot with rounded ends")
-    add_numbers(keys, path, _SLOT_FIELDS, CHOICE)
-    _add_contact_without_material(keys, path, laws_of_point_contacts(catalogue), catalogue)
-    keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
-    add_friction(keys, path, catalogue)
+    joint_keys.add_numbers(keys, path, _SLOT_FIELDS, CHOICE)
+    _add_contact_without_material(keys, path, joint_keys.laws_of_point_contacts(catalogue), catalogue)
+    keys[f"{path}.contact.onset"] = joint_keys.onset_key_without_mass(keys, f"{path}.contact")
+    joint_keys.add_friction(keys, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _SLOT_PRESSURE_LAW)
     _add_wear(keys, path, catalogue._replace(laws=laws))
     keys[f"{path}.wear.pressure"] = Word(
@@ -431,13 +424,13 @@ _DRAG = ranged(
 def _add_gear(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of the play between the teeth of two wheels."""
     keys[path] = Section("play between the teeth of two wheels", "optional")
-    add_numbers(keys, path, (_BACKLASH, _DRAG), CHOICE)
+    joint_keys.add_numbers(keys, path, (_BACKLASH, _DRAG), CHOICE)
     _add_contact_of_flanks(keys, path, catalogue)
     springs = [law for law in catalogue.of("law") if not law.yields and (law.uses_elastic or not law.origin)]
     is_spring = f"{path}.contact.law", frozenset(law.name for law in springs)
     keys[f"{path}.mesh_stiffness"] = Table(_MESH_STIFFNESS, (is_spring,), optional=True)
-    add_friction(keys, path, catalogue, "needs surfaces that stay in contact, and teeth follow each other")
-    add_numbers(keys, path, (_PIN_LENGTH._replace(text="face width of the teeth; wear needs it"),), CHOICE)
+    joint_keys.add_friction(keys, path, catalogue, "needs surfaces that stay in contact, and teeth follow each other")
+    joint_keys.add_numbers(keys, path, (_PIN_LENGTH._replace(text="face width of the teeth; wear needs it"),), CHOICE)
     of_flanks = {"pressure": "mean", "wear": DEFAULT_WEAR_LAW}
     laws = (law for law in catalogue.laws if law.name == of_flanks.get(law.family, law.name))
     _add_wear(keys, path, catalogue._replace(laws=tuple(laws)))
@@ -449,7 +442,7 @@ def _add_gear(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
 def _add_coupling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of the play of a coupling, whose contact laws take angles and torques."""
     keys[path] = Section("play of a coupling", "optional")
-    add_numbers(keys, path, (_PLAY, _DRAG), CHOICE)
+    joint_keys.add_numbers(keys, path, (_PLAY, _DRAG), CHOICE)
     _add_contact_of_flanks(keys, path, catalogue._replace(laws=tuple(map(torsional, catalogue.laws))))
 
 
@@ -472,14 +465,14 @@ def _add_ends(keys: KeyTable, path: str, quantity: str, unit: str, catalogue: Ca
     ends = (
         ranged(str(k), unit, f"{quantity} at the {end} stop", "(-inf, inf)") for k, end in enumerate(("lower", "upper"))
     )
-    add_numbers(keys, f"{path}.stops.at", tuple(ends), CHOICE)
+    joint_keys.add_numbers(keys, f"{path}.stops.at", tuple(ends), CHOICE)
     _add_contact_of_flanks(keys, f"{path}.stops", catalogue)
 
 
 def _add_contact_of_flanks(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of the contact of two flanks or stops; a power of the penetration is linear by default."""
     laws = []
-    for law in laws_of_point_contacts(catalogue):
+    for law in joint_keys.laws_of_point_contacts(catalogue):
         if "material" not in law.needs:
             fields = (field._replace(default=1.0) if field.name == "exponent" else field for field in law.fields)
             laws.append(law._replace(fields=tuple(fields)))
@@ -488,7 +481,7 @@ def _add_contact_of_flanks(keys: KeyTable, path: str, catalogue: Catalogue) -> N
 
 def _add_contact_without_material(keys: KeyTable, path: str, laws: tuple[Law, ...], catalogue: Catalogue) -> None:
     """Add the keys of a contact whose laws take no material."""
-    add_contact(keys, path, catalogue._replace(laws=laws))
+    joint_keys.add_contact(keys, path, catalogue._replace(laws=laws))
     for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
         del keys[child_path]
 
@@ -497,8 +490,12 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
     """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
     _add_revolute(keys, path, site, catalogue)
     keys[path] = Section("a joint with clearance", "optional")
-    add_numbers(keys, path, (_GUIDE_HEIGHT._replace(text=f"of a guide: {_GUIDE_HEIGHT.text}", optional=True),), CHOICE)
-    add_numbers(keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),), CHOICE)
+    joint_keys.add_numbers(
+        keys, path, (_GUIDE_HEIGHT._replace(text=f"of a guide: {_GUIDE_HEIGHT.text}", optional=True),), CHOICE
+    )
+    joint_keys.add_numbers(
+        keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),), CHOICE
+    )
     _add_stops(keys, path, site, catalogue)
     keys[path] = Section("a joint with clearance, or with stops", "optional")
     for nested in [nested for nested in keys if nested.startswith(f"{path}.stops.contact")]:
@@ -507,27 +504,27 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
         keys[f"{path}.{section}"] = section_key(keys, f"{path}.{section}")._replace(need="optional")
     for owner, field in (("a gear", _BACKLASH), ("a coupling", _PLAY), ("a gear or a coupling", _DRAG)):
         text = f"of {owner}: {field.text}"
-        add_numbers(keys, path, (field._replace(text=text, optional=True, default=None),), CHOICE)
+        joint_keys.add_numbers(keys, path, (field._replace(text=text, optional=True, default=None),), CHOICE)
 
 
 def _add_worn_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges, and of its wear."""
-    add_spatial_revolute(keys, path, site, catalogue)
+    joint_keys.add_spatial_revolute(keys, path, site, catalogue)
     _add_wear(keys, path, catalogue)
     del keys[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
-    add_numbers(keys, f"{path}.wear", (_LENGTH_BINS,), NUMERICS, sweep=False)
+    joint_keys.add_numbers(keys, f"{path}.wear", (_LENGTH_BINS,), NUMERICS, sweep=False)
 
 
 def _add_flanged_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint with flanges."""
     _add_worn_spatial_revolute(keys, path, site, catalogue)
-    add_flanges(keys, path, catalogue)
+    joint_keys.add_flanges(keys, path, catalogue)
 
 
 _ADD_JOINT_KEYS = {
     "line": _add_line_gap,
     "revolute": _add_revolute,
-    ROLLING: add_rolling,
+    joint_keys.ROLLING: joint_keys.add_rolling,
     "guide": _add_guide,
     "slot": _add_slot,
     "gear": _add_gear,

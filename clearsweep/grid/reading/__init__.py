@@ -12,7 +12,7 @@ from ..keys.key_table import table_of_keys
 from ..keys.library_names import find_varied_names, keys_of_names, replace_library_names, written_names
 from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, wrong_names
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
-from ..sections import Reader, find_added_cases
+from ..sections import Reader, find_added_cases, variations
 from ..sections.fits import replace_fits_by_clearances
 from ..sections.named_sections import (
     FIGURES_SECTION,
@@ -24,34 +24,11 @@ from ..sections.named_sections import (
     read_roles,
     read_uncertain,
 )
-from ..sections.variations import (
-    VARYING_SECTIONS,
-    check_branches,
-    check_dependents,
-    check_variations,
-    keys_of_definitions,
-    record_axes_of_searches,
-    record_late_axes_of_searches,
-    record_variations,
-    replace_label_axes,
-    report_column_name_clashes,
-    with_branch_axes,
-    with_carried_paths,
-)
 from ..written import Problems, WrittenValue
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
 from ..written.law_files import LAWS
 from ..written.tables import with_damping_ratios
-from .values import (
-    list_items,
-    read_flag,
-    read_number,
-    read_table_key,
-    read_word_key,
-    report_mixed_numbers,
-    set_wear_units,
-    values_before_reading,
-)
+from . import values
 
 #: Sections that belong to no law, mechanism or search: those before the searches and those after them.
 _FIRST_TOP_SECTIONS = ("name", LAWS, DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, ROLES_SECTION.name, UNCERTAIN)
@@ -62,7 +39,7 @@ def read_keys(
 ) -> Reader:
     """Return the values in the document `root`; mistakes go to `problems`.  Paths in `fixed_paths` do not vary."""
     defined_section = root.value.get(DEFINE)
-    root = with_branch_axes(root, problems)
+    root = variations.with_branch_axes(root, problems)
     root, definitions = resolve_definitions(root, problems, fixed_paths)
     root = with_damping_ratios(root, problems)
     own_figures = _own_figures(root, catalogue)
@@ -73,9 +50,9 @@ def read_keys(
     mechanism = _find_mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.with_outline(outline) if mechanism.with_outline else mechanism
     root, library_numbers, unchecked_sections = replace_library_names(root, problems)
-    all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue, [*own_figures.value])
+    all_keys = variations.keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue, [*own_figures.value])
     varied = [path for path, _ in varied_paths(root.value)]
-    with_carried_paths(all_keys, varied)
+    variations.with_carried_paths(all_keys, varied)
     varied_names = find_varied_names(varied, library_numbers, all_keys, unchecked_sections)
     searches = {search.name: search for search in catalogue.searches}
     reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, varied_names=varied_names)
@@ -83,34 +60,36 @@ def read_keys(
     _read_section(reader, _with_figures(root, own_figures), "", all_keys)
     reader.written |= written_names(varied_names, root)
     _select_keys_in_use(reader, all_keys)
-    record_variations(reader, root, all_keys, fixed_paths)
-    record_axes_of_searches(reader, root, all_keys)
-    replace_label_axes(reader)
-    replace_fits_by_clearances(reader, lambda path: values_before_reading(reader, path))
+    variations.record_variations(reader, root, all_keys, fixed_paths)
+    variations.record_axes_of_searches(reader, root, all_keys)
+    variations.replace_label_axes(reader)
+    replace_fits_by_clearances(reader, lambda path: values.values_before_reading(reader, path))
     reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
-    set_wear_units(reader)
-    record_late_axes_of_searches(reader, root, all_keys, lambda path: values_before_reading(reader, path))
+    values.set_wear_units(reader)
+    variations.record_late_axes_of_searches(
+        reader, root, all_keys, lambda path: values.values_before_reading(reader, path)
+    )
     find_added_cases(reader, root)
     for path, key in reader.keys_in_use.items():
         if isinstance(key, Word):
-            read_word_key(reader, path, key)
+            values.read_word_key(reader, path, key)
         elif isinstance(key, Number):
-            read_number(reader, path, key)
+            values.read_number(reader, path, key)
         elif isinstance(key, Flag):
-            read_flag(reader, path)
+            values.read_flag(reader, path)
         elif isinstance(key, Table):
-            read_table_key(reader, path, key)
+            values.read_table_key(reader, path, key)
         elif isinstance(key, NameList):
             read_channels(reader, path)
     reader.axes = {path: reader.axes[path] for path in reader.written_axes if path in reader.axes}
-    report_mixed_numbers(reader, root)
-    check_variations(reader)
-    check_dependents(reader)
-    check_branches(reader, root)
+    values.report_mixed_numbers(reader, root)
+    variations.check_variations(reader)
+    variations.check_dependents(reader)
+    variations.check_branches(reader, root)
     read_uncertain(reader, root)
     read_roles(reader, root)
     reader.figures = expected_columns(reader, mechanism, catalogue)
-    report_column_name_clashes(reader, defined_section)
+    variations.report_column_name_clashes(reader, defined_section)
     read_limits(reader, root)
     sections = [search.read(reader, root) for search in searches.values()]
     reader.search = next((section for section in sections if section is not None), None)
@@ -155,14 +134,14 @@ def _find_mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Me
 def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the sections and values under `path`; report keys that do not belong there."""
     allowed = [child_path.rpartition(".")[2] for child_path in all_keys if child_path.rpartition(".")[0] == path]
-    allowed += [] if path else [*_FIRST_TOP_SECTIONS, *reader.searches, *VARYING_SECTIONS]
+    allowed += [] if path else [*_FIRST_TOP_SECTIONS, *reader.searches, *variations.VARYING_SECTIONS]
     reader.sections[path] = written
     content = written.value
     section = all_keys.get(path)
     if allowed == ["table"] and isinstance(all_keys.get(f"{path}.table"), Table) and _is_bare_table(content):
         content = {"table": written}
     if isinstance(section, Section) and section.items:
-        content = list_items(reader, written, path, all_keys)
+        content = values.list_items(reader, written, path, all_keys)
         if content is None:
             return
     if content is None and isinstance(section, Section) and section.need == "implied":

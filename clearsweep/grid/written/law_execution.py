@@ -28,18 +28,7 @@ from ...contracts.catalogue import Catalogue
 from ...language.errors import InputError, error_line
 from ...laws import Law, collecting
 from ...tracing import cache
-from . import Problems, WrittenValue
-from .law_files import (
-    LAWS,
-    NO_NEIGHBOURS,
-    digest_of_law,
-    hash_of,
-    imports,
-    is_allowed,
-    is_neighbour,
-    read_law_files,
-    refusal_text,
-)
+from . import Problems, WrittenValue, law_files
 
 ONLY_LAWS = "a law file may only declare laws"
 TIME_LIMITS = {signal.SIGPROF: 20.0, signal.SIGALRM: 60.0}  # s of processor time, and of the clock
@@ -89,14 +78,14 @@ def run(file: LawFile, folder: Path | None = None) -> tuple[Law, ...]:
 
     folder : that of the grid that names the file, for --trust-laws
     """
-    if not is_allowed(file, folder):
-        raise InputError(refusal_text(file))
+    if not law_files.is_allowed(file, folder):
+        raise InputError(law_files.refusal_text(file))
     with _LOCK:
         if file.key not in _RECORDS:
             _check_named(file)
-            for module, line in imports(file).items():
+            for module, line in law_files.imports(file).items():
                 if place := _neighbouring(module, file):
-                    reason = f"imports {module}, a neighbouring file ({place}); {NO_NEIGHBOURS}"
+                    reason = f"imports {module}, a neighbouring file ({place}); {law_files.NO_NEIGHBOURS}"
                     raise InputError(f"{file.name}:{line}: {reason}")
             records = _executed(file)
             _check_named(file)
@@ -116,7 +105,7 @@ def has_run(file: LawFile) -> bool:
 
 def digest_of(files: Iterable[LawFile]) -> str:
     """Return the hash of all on which the laws of these files depend."""
-    return hashlib.sha256("".join(digest_of_law(file, "") for file in files).encode()).hexdigest()[:16]
+    return hashlib.sha256("".join(law_files.digest_of_law(file, "") for file in files).encode()).hexdigest()[:16]
 
 
 def enter_law_files(
@@ -127,14 +116,14 @@ def enter_law_files(
     The files run, but for those that a run has recorded with their laws: these run where a case needs them.  Raises
     InputError.
     """
-    root, places = read_law_files(root, problems)
+    root, places = law_files.read_law_files(root, problems)
     problems.check()
     for file, written in places.items():
         try:
             if not file.laws:
                 run(file, Path(written.origin).parent if written.line else Path())
         except InputError as error:
-            problems.add(written, LAWS, str(error))
+            problems.add(written, law_files.LAWS, str(error))
     problems.check()
     if not places or all(file.laws for file in places):
         laws = [law for file in places for law in file.laws]
@@ -152,7 +141,7 @@ def enter_law_files(
 def _check_named(file: LawFile) -> None:
     """Raise InputError if a library or table that a text names is not what was trusted."""
     for path, digest in file.named:
-        if hash_of(path) != digest:
+        if law_files.hash_of(path) != digest:
             raise InputError(f"{file.name}: {path} is not what was trusted; see `clearsweep trust`")
 
 
@@ -165,7 +154,7 @@ def _neighbouring(module: str, file: LawFile) -> str:
         located = PathFinder.find_spec(module)
         places = [located.origin, *(located.submodule_search_locations or ())] if located else []
         place = next((x for x in [*places, os.path.join(folder, f"{module}.py")] if x and os.path.exists(x)), None)
-    return str(place) if place and is_neighbour(place, folder) else ""
+    return str(place) if place and law_files.is_neighbour(place, folder) else ""
 
 
 def _executed(file: LawFile) -> tuple[Law, ...]:
@@ -261,7 +250,7 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
     try:
         reason = next((text for text, starts in _REFUSED.items() if event.startswith(starts)), "")
         if event == "import" and "." not in arguments[0] and (place := _neighbouring(arguments[0], file)):
-            reason = f"imports {arguments[0]}, a neighbouring file ({place}); {NO_NEIGHBOURS}"
+            reason = f"imports {arguments[0]}, a neighbouring file ({place}); {law_files.NO_NEIGHBOURS}"
         elif event == "open" and isinstance(arguments[0], (str, bytes, os.PathLike)):
             reason = _reason_against_opening(os.fsdecode(arguments[0]), arguments[1], arguments[2], file)
         elif event == "ctypes.dlopen" and isinstance(arguments[0], str) and "/" in arguments[0]:
@@ -309,7 +298,7 @@ def _reason_against_opening(path: str, mode: str | None, flags: int, file: LawFi
     if is_written and path != os.devnull:
         return f"writes {path}"
     is_covered = os.path.realpath(path) in (file.path, *(named for named, _ in file.named))
-    if not is_covered and not file.package and is_neighbour(path, os.path.dirname(file.path)):
+    if not is_covered and not file.package and law_files.is_neighbour(path, os.path.dirname(file.path)):
         return f"opens {path}, which trust does not cover (write the name of a table or library as one text)"
     return ""
 
