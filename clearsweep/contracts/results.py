@@ -72,7 +72,14 @@ class Trajectory:
     def _repr_html_(self) -> str:
         """Return the preview for a notebook: orbits and normal forces of the joints, and figures with units."""
 
-        return preview_html(repr(self), self.channels, self.summary, self.units)
+        joints = [name.split("/")[1] for name in self.channels if name.endswith("/force_normal")]
+        drawings = "".join(drawing for joint in joints for drawing in _joint_drawings(self.channels, joint))
+        rows = "".join(
+            f"<tr><td>{html.escape(name)}</td><td>{_figure_text(value, self.units.get(name, '1'))}</td></tr>"
+            for name, value in self.summary.items()
+        )
+        figure_table = f"<details><summary>{len(self.summary)} figures</summary><table>{rows}</table></details>"
+        return f"<p><code>{html.escape(repr(self))}</code></p><div>{drawings}</div>{figure_table}"
 
     def samples(self, name: str) -> np.ndarray:
         """Return the time history (n,) of a channel; nan if the case has none, such as elements of a larger bearing."""
@@ -126,20 +133,6 @@ def dataset(
 
 SIZE, MARGIN = 200, 6  # size of a drawing and margin around it, px
 MAX_POINTS = 2000  # points of a curve
-
-
-def preview_html(
-    heading: str, channels: Mapping[str, np.ndarray], summary: Mapping[str, Any], units: Mapping[str, str]
-) -> str:
-    """Return the HTML preview of time histories and figures, both by name, with the SI `units` of figures."""
-    joints = [name.split("/")[1] for name in channels if name.endswith("/force_normal")]
-    drawings = "".join(drawing for joint in joints for drawing in _joint_drawings(channels, joint))
-    rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{_figure_text(value, units.get(name, '1'))}</td></tr>"
-        for name, value in summary.items()
-    )
-    figure_table = f"<details><summary>{len(summary)} figures</summary><table>{rows}</table></details>"
-    return f"<p><code>{html.escape(heading)}</code></p><div>{drawings}</div>{figure_table}"
 
 
 def _figure_text(value: object, unit: str) -> str:

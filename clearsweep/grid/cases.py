@@ -4,7 +4,7 @@ import hashlib
 import json
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from itertools import accumulate, product
 from typing import Any, NamedTuple
@@ -313,7 +313,9 @@ class CaseTemplate:
         used_list_paths = [
             list_path for list_path in list_paths if any(path.startswith(f"{list_path}.") for path in self.values)
         ]
-        self._sections_to_copy = _sections_above([*(dependent.path for dependent in self.dependents), *used_list_paths])
+        parts = [path.split(".") for path in [*(dependent.path for dependent in self.dependents), *used_list_paths]]
+        parents = dict.fromkeys(tuple(names[:depth]) for names in parts for depth in range(1, len(names)))
+        self._sections_to_copy = sorted(map(list, parents), key=len)
         self._assignments = [
             (dependent.path.split("."), dependent.source, dependent.derive) for dependent in self.dependents
         ]
@@ -348,10 +350,3 @@ def _make_shared(tree: dict[str, Any]) -> SharedSection:
     return SharedSection(
         {key: _make_shared(value) if isinstance(value, dict) else value for key, value in tree.items()}
     )
-
-
-def _sections_above(paths: Iterable[str]) -> list[list[str]]:
-    """Return the sections that contain one of the paths, outer ones first."""
-    parts = [path.split(".") for path in paths]
-    parents = dict.fromkeys(tuple(names[:depth]) for names in parts for depth in range(1, len(names)))
-    return sorted(map(list, parents), key=len)

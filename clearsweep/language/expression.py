@@ -164,7 +164,10 @@ class _DimensionChecker:
                 _signed_number(node)
                 return {}
             case ast.Name(id=name):
-                return self._name_dimension(name)
+                if name not in self.units:
+                    hint = f"{did_you_mean(name, self.units)} (known: {', '.join(self.units) or 'none'})"
+                    raise InputError(f"{quoted(name)} is {self.vocabulary.unknown_text}{hint}")
+                return dict(quantity.dimension_of(self.units[name]))
             case ast.UnaryOp(op=operation, operand=operand) if type(operation) in _SIGN_OPERATORS:
                 return self.dimension(operand)
             case ast.BinOp(left=left, op=ast.Pow(), right=power):
@@ -181,15 +184,6 @@ class _DimensionChecker:
             case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _ONE_ARGUMENT_FUNCTIONS:
                 return _dimension_power(self.dimension(argument), _ONE_ARGUMENT_FUNCTIONS[name])
         raise InputError(f"found {_quoted_part(node)}; {_expected_text(self.vocabulary)}")
-
-    def _name_dimension(self, name: str) -> Dimension:
-        """Return the dimension of a name; InputError if it is unknown."""
-        if name not in self.units:
-            names = ", ".join(self.units) or "none"
-            raise InputError(
-                f"{quoted(name)} is {self.vocabulary.unknown_text}{did_you_mean(name, self.units)} (known: {names})"
-            )
-        return dict(quantity.dimension_of(self.units[name]))
 
     def _common_dimension(self, left: ast.expr, right: ast.expr) -> Dimension:
         """Return the common dimension of two operands."""

@@ -309,18 +309,13 @@ class _Trial(NamedTuple):
             return FAILED_VIOLATION
         excesses = [
             FAILED_VIOLATION if not math.isfinite(self.margins[name]) else -self.margins[name]
-            for name in self.unmet_columns
+            for name in [name for name in self.unmet.split(",") if name]
         ]
         return sum(max(violation, np.finfo(float).tiny) for violation in excesses)
 
     def merit(self, name: str, sign: float) -> tuple[float, float, str]:
         """Return the sort key of a trial: violation of limits first, then an objective; smaller is better."""
         return self.violation, math.inf if self.failed else sign * self.values[name], self.case_id
-
-    @property
-    def unmet_columns(self) -> list[str]:
-        """Return the columns whose limits are not met."""
-        return [name for name in self.unmet.split(",") if name]
 
     def best(self) -> BestCase:
         """Return the trial as a result."""

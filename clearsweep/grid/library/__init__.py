@@ -59,6 +59,10 @@ _MATERIAL_SOURCES = {
 }
 
 
+def _rows_of(name: str) -> "csv.DictReader[str]":
+    return csv.DictReader(Path(__file__).with_name(name).read_text(encoding="utf-8").splitlines(), delimiter="|")
+
+
 def _material_entry(row: dict[str, str]) -> Entry:
     values = {}
     for key, unit, factor in _MATERIAL_COLUMNS:
@@ -67,13 +71,7 @@ def _material_entry(row: dict[str, str]) -> Entry:
     return Entry(row["name"], row["summary"], values, _MATERIAL_SOURCES[row["source"]], row["checked"])
 
 
-def _read_materials() -> dict[str, Entry]:
-    text = Path(__file__).with_name("materials.csv").read_text(encoding="utf-8")
-    rows = csv.DictReader(text.splitlines(), delimiter="|")
-    return {entry.name: entry for entry in map(_material_entry, rows)}
-
-
-MATERIALS = _read_materials()
+MATERIALS = {entry.name: entry for entry in map(_material_entry, _rows_of("materials.csv"))}
 
 
 _ARCHARD = "Archard 1953, J. Appl. Phys. 24:981, table (K and hardness, unlubricated, 400 g, 1.8 m/s)"
@@ -259,11 +257,6 @@ _NEEDLE_SOURCE = (
 )
 
 
-def _read_bearings() -> dict[str, Entry]:
-    text = Path(__file__).with_name("bearings.csv").read_text(encoding="utf-8")
-    return {row["name"]: _entry(row) for row in csv.DictReader(text.splitlines(), delimiter="|")}
-
-
 def _entry(row: Mapping[str, str]) -> Entry:
     values = {
         key: _exactly(unit, float(row[name]) * factor) for name, (key, unit, factor) in _COLUMNS.items() if row[name]
@@ -285,7 +278,7 @@ def has_inner_ring(name: str) -> bool:
     return name[:1].isdigit()
 
 
-BEARINGS = _read_bearings()
+BEARINGS = {row["name"]: _entry(row) for row in _rows_of("bearings.csv")}
 
 
 class BearingName(NamedTuple):

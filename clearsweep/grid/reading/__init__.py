@@ -257,7 +257,9 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
             reader.keys_in_use[path] = key
             if isinstance(key, Section):
                 reader.sections.setdefault(path, reader.sections[parent])
-    set_life_time_budget(reader)
+    if LIFE in reader.keys_in_use and TIME_BUDGET_PATH in reader.keys_in_use:
+        field = TIME_BUDGET_FIELD._replace(default=None, optional=True)
+        reader.keys_in_use[TIME_BUDGET_PATH] = Number((Use(field),), NUMERICS, sweep=False)
     for path, key in reader.keys_in_use.items():
         joint = ".".join(path.split(".")[:2])
         is_of_material = path.startswith(f"{joint}.contact.material.")
@@ -311,10 +313,3 @@ def check_channels(reader: Reader, layout: Layout) -> None:
         if isinstance(item, WrittenValue) and item.value not in (*allowed, *ALWAYS_STORED):
             suggestion = did_you_mean(item.value, allowed) or f" (known: {', '.join(allowed)})"
             reader.problems.add(item, CHANNELS, f"there is no channel '{item.value}'{suggestion}")
-
-
-def set_life_time_budget(reader: Reader) -> None:
-    """Make the time budget of a case with a life optional, without a default."""
-    if LIFE in reader.keys_in_use and TIME_BUDGET_PATH in reader.keys_in_use:
-        field = TIME_BUDGET_FIELD._replace(default=None, optional=True)
-        reader.keys_in_use[TIME_BUDGET_PATH] = Number((Use(field),), NUMERICS, sweep=False)

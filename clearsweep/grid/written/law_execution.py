@@ -159,7 +159,8 @@ def _neighbouring(module: str, file: LawFile) -> str:
 
 def _executed(file: LawFile) -> tuple[Law, ...]:
     """Return the laws that the text of a file records while it runs."""
-    name = _source_name(file)
+    is_new = cache.texts.get(file.name, file.key) == file.key
+    name = file.name if is_new else f"{file.name} ({file.key[:8]})"
     lines = file.source.splitlines(keepends=True)
     linecache.cache[name] = len(file.source), None, lines, name  # without a time: nothing is read again
     cache.texts[name] = file.key
@@ -175,12 +176,6 @@ def _executed(file: LawFile) -> tuple[Law, ...]:
     if not records:
         raise InputError(f"{file.name}: declares no law; write one below a decorator such as `@laws.contact(...)`")
     return tuple(records)
-
-
-def _source_name(file: LawFile) -> str:
-    """Return the name of a source in messages; other text of the same name in this process needs another one."""
-    is_new = cache.texts.get(file.name, file.key) == file.key
-    return file.name if is_new else f"{file.name} ({file.key[:8]})"
 
 
 @contextlib.contextmanager
