@@ -1,9 +1,8 @@
 """Features of a signal over the crank angle, for measured and computed signals alike."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    import numpy as np  # imported only when features are computed
+from ..language import np
 
 TURN = 6.283185307179586  # rad
 MIN_SAMPLES = 720  # least samples of a revolution
@@ -47,8 +46,6 @@ class RevolutionStatistics(NamedTuple):
 
     def features(self, rows: "np.ndarray | slice" = slice(None)) -> Features:
         """Return the features of a selection of revolutions."""
-        import numpy as np
-
         peaks, power, energy = self.peak[rows], self.power[rows].mean(axis=0), self.energy[rows].mean(axis=0)
         relative_energy = energy[1:] / max(float(energy[0].real), np.finfo(float).tiny)
         mean_square = float(self.mean_square[rows].mean())
@@ -71,8 +68,6 @@ def features_of(revolutions: "np.ndarray") -> Features:
 
 def revolution_statistics(revolutions: "np.ndarray") -> RevolutionStatistics:
     """Return the statistics of each of the `revolutions` (revolutions, samples) of a signal."""
-    import numpy as np
-
     count, samples = revolutions.shape
     deviations = revolutions - revolutions.mean()
     amplitudes = np.fft.rfft(revolutions, axis=1) / samples
@@ -94,8 +89,6 @@ def revolution_statistics(revolutions: "np.ndarray") -> RevolutionStatistics:
 
 def _count_impact_onsets(magnitude: "np.ndarray") -> "np.ndarray":
     """Return how many impacts begin in each revolution from the `magnitude` (revolutions, samples) of the fast part."""
-    import numpy as np
-
     count, samples = magnitude.shape
     threshold = IMPACT_THRESHOLD * float(np.median(magnitude.max(axis=1)))
     above_threshold = np.flatnonzero(magnitude.ravel() > threshold) if threshold > 0.0 else np.empty(0, int)
@@ -108,8 +101,6 @@ def _band_limited(values: "np.ndarray", highest_order: float, count: int) -> "np
 
     The upper fifth of the band is tapered to avoid ringing.
     """
-    import numpy as np
-
     spectrum = np.fft.rfft(values)[: count // 2 + 1]
     orders = np.arange(len(spectrum)) / max(highest_order, 1.0)
     spectrum *= 0.5 + 0.5 * np.cos(np.pi * np.clip((orders - 0.8) / 0.2, 0.0, 1.0))
@@ -120,8 +111,6 @@ def _band_limited(values: "np.ndarray", highest_order: float, count: int) -> "np
 
 def white_noise(rng: "np.random.Generator", revolutions: "np.ndarray", highest_order: float) -> "np.ndarray":
     """Return white noise up to an order, with rms 1, in the shape of `revolutions` (revolutions, samples)."""
-    import numpy as np
-
     white = _band_limited(rng.standard_normal(revolutions.size), highest_order * len(revolutions), revolutions.size)
     normalised: np.ndarray = (white / np.sqrt((white**2).mean())).reshape(revolutions.shape)
     return normalised
@@ -129,8 +118,6 @@ def white_noise(rng: "np.random.Generator", revolutions: "np.ndarray", highest_o
 
 def samples_per_revolution(angle: "np.ndarray") -> float:
     """Return the number of samples per revolution of ascending crank angles (rad)."""
-    import numpy as np
-
     return float(TURN / np.median(np.diff(angle)))
 
 
@@ -157,8 +144,6 @@ def split_revolutions(
 
     The signal is interpolated linearly at four times its sampling, which keeps its peaks.
     """
-    import numpy as np
-
     sampling_rate = samples_per_revolution(angle)
     highest_order = highest_common_order(sampling_rate) if highest_order is None else highest_order
     samples = samples_for_band(highest_order)
@@ -183,8 +168,6 @@ def find_lag(measured: "np.ndarray", computed: "np.ndarray", highest_order: int 
 
     highest_order : highest order in the correlation; by default all
     """
-    import numpy as np
-
     spectra = [
         np.fft.rfft(signal - signal.mean())[: None if highest_order is None else highest_order + 1]
         for signal in (measured, computed)
@@ -198,8 +181,6 @@ def track_crank_angle(times: "np.ndarray", values: "np.ndarray", nominal_rate: f
     The speed maximises the power of orders 1 to 4 within 5 % of `nominal_rate`.  Its slow variation is taken from
     the phase of the strongest of these orders, averaged twice over a revolution.
     """
-    import numpy as np
-
     deviations = values - values.mean()
     span = times[-1] - times[0]
     uniform_times = np.linspace(times[0], times[-1], len(times))
@@ -230,8 +211,6 @@ def track_crank_angle(times: "np.ndarray", values: "np.ndarray", nominal_rate: f
 
 def _moving_average(times: "np.ndarray", values: "np.ndarray", width: float) -> "np.ndarray":
     """Return the moving average of values over ascending times (s) within a window of `width` (s)."""
-    import numpy as np
-
     cumulative = np.concatenate([[0.0], np.cumsum(values)])
     half_width = min(width, times[-1] - times[0]) / 2.0
     centres = np.clip(times, times[0] + half_width, times[-1] - half_width)  # full width also at both ends

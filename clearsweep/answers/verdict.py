@@ -3,17 +3,13 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ..contracts.catalogue import ENDLESS
 from ..contracts.layout import ORDER, Column, Layout
 from ..contracts.vibration import PLACE_FIGURES
-from ..language import expression, wording
+from ..language import expression, np, wording
 from ..language.quantity import WrittenUnit
-
-if TYPE_CHECKING:
-    import numpy as np  # imported only when cases are assessed
-
 
 # User-defined figures and limits of a grid: their columns, the limits that a case exceeds, its margin.
 
@@ -45,8 +41,6 @@ class Limit:
 
     def limit_values(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return the limit of every case, in the unit of the column; not finite for a multiple of a missing value."""
-        import numpy as np
-
         factors = columns[self.times] if self.times else np.ones(len(columns[self.column]))
         with np.errstate(all="ignore"):
             allowed: np.ndarray = self.value * factors
@@ -57,8 +51,6 @@ class Limit:
 
         A missing value that means "infinite" exceeds every upper bound.
         """
-        import numpy as np
-
         values, bounds = columns[self.column], self.limit_values(columns)
         with np.errstate(invalid="ignore"):
             is_beyond: np.ndarray = values > bounds if self.kind == KINDS[0] else values < bounds
@@ -72,8 +64,6 @@ class Limit:
 
         A missing value that means "nothing to measure" meets every limit, one that means "infinite" every lower bound.
         """
-        import numpy as np
-
         is_missing = ~np.isfinite(columns[self.column])
         has_bound = np.isfinite(self.limit_values(columns))
         undecided: np.ndarray = ~is_missing & ~has_bound if self.null else is_missing | ~has_bound
@@ -81,16 +71,12 @@ class Limit:
 
     def excess(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return by how much each value exceeds the bound, in the column's unit; negative within it, NaN: unknown."""
-        import numpy as np
-
         with np.errstate(all="ignore"):
             distance: np.ndarray = columns[self.column] - self.limit_values(columns)
             return np.where(np.isfinite(distance), distance if self.kind == KINDS[0] else -distance, np.nan)
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return the distance within the bound over its size, negative beyond it; NaN: unknown, or a bound of 0."""
-        import numpy as np
-
         largest_float = np.finfo(float).max
         bounds, values = np.abs(self.limit_values(columns)), columns[self.column]
         with np.errstate(all="ignore"):
@@ -141,8 +127,6 @@ class LimitsAndFigures(NamedTuple):
 
     def evaluate_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
         """Return the added columns of a case from its `summary`; None for missing values."""
-        import numpy as np
-
         if not (self.figures or self.limits):
             return {}
 
@@ -158,8 +142,6 @@ class LimitsAndFigures(NamedTuple):
 
         is_finished : (n,), default all; of a failed case every limit is undecided and nothing else is known
         """
-        import numpy as np
-
         values, evaluated = dict(columns), dict[str, np.ndarray]()
         for figure in self.figures:
             evaluated[figure.name] = values[figure.name] = expression.value_of(figure.text, values)
@@ -180,8 +162,6 @@ class LimitsAndFigures(NamedTuple):
 
         is_finished : (n,), default all
         """
-        import numpy as np
-
         exceeded = np.array([limit.is_exceeded(columns) for limit in self.limits])
         undecided = np.array([limit.is_undecided(columns) for limit in self.limits])
         if is_finished is not None:
@@ -197,8 +177,6 @@ class LimitsAndFigures(NamedTuple):
 
     def _names(self, masks: "np.ndarray") -> "np.ndarray":
         """Return the columns of the limits whose mask is true, comma separated, for every case; masks : (limits, n)."""
-        import numpy as np
-
         columns = list(dict.fromkeys(limit.column for limit in self.limits))
         of_column = np.array([[limit.column == column for limit in self.limits] for column in columns])
         is_named = (of_column.astype(np.int64) @ masks) > 0

@@ -6,12 +6,10 @@ it through these classes; `searches` has the searches themselves.
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
+from ..language import np
 from .layout import Column
-
-if TYPE_CHECKING:
-    import numpy as np  # not loaded for reading a grid
 
 Point = dict[str, Any]  # dotted path -> value
 
@@ -91,8 +89,6 @@ class OwnRows:
 
     def of_grid(self, block: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return a mask of the cases of a block that belong to the grid."""
-        import numpy as np
-
         return np.ones(len(block["status"]), bool)
 
     def add(self, block: "Mapping[str, np.ndarray]") -> None:

@@ -10,13 +10,10 @@ import re
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from functools import lru_cache, reduce
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from . import quantity
+from . import np, quantity
 from .errors import InputError, did_you_mean, quoted
-
-if TYPE_CHECKING:
-    import numpy as np  # imported only when values are computed
 
 MAX_LENGTH = 500  # characters
 DIGITS = 60  # of an exact value; with more it is rounded, as products of products would grow without bound
@@ -77,8 +74,6 @@ def _si_unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str
 
 def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
     """Return the values (n,) of an expression checked by `unit_of`; NaN if the result is not finite."""
-    import numpy as np
-
     with np.errstate(all="ignore"):
         values = np.asarray(_evaluate(_parse(text), columns), float)
     finite: np.ndarray = np.where(np.isfinite(values), values, np.nan)
@@ -202,8 +197,6 @@ class _DimensionChecker:
 
 def _evaluate(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
     """Return the value of an expression that `_DimensionChecker.dimension` accepts."""
-    import numpy as np
-
     match node:
         case ast.Constant(value=str(quoted_quantity)):
             return quantity.value_and_dimension(quoted_quantity)[0]

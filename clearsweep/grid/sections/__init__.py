@@ -6,20 +6,17 @@ A kind of key is a class with its JSON Schema and its reader; the page of keys f
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...contracts.catalogue import Field, Mechanism, Outline
 from ...contracts.search import Search
-from ...language import quantity
+from ...language import np, quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys import KeyTable, Number, Word, deciding_paths, value_key
 from ..keys.library_names import LibraryNumber, VariedName, numbers_of_names
 from ..library.fits import GROUPS, MOUNTING_KEYS, Fit
 from ..written import Problems, WrittenValue
 from ..written.definitions import NO_DEFINITIONS, Definitions
-
-if TYPE_CHECKING:
-    import numpy as np  # imported only when values are drawn
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
 #: JSON Schemas of values in several sections.

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...contracts.catalogue import Field
-from ...language import quantity
+from ...language import np, quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..written import Problems, WrittenValue
 from . import (
@@ -22,10 +22,6 @@ from . import (
     report_unknown_keys,
     single_key_schemas,
 )
-
-if TYPE_CHECKING:
-    import numpy as np  # imported only when values are drawn
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Distributions of values: from one record each follow grid files, schema, pages and messages.
@@ -81,8 +77,6 @@ def _uniform_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndar
 
 
 def _loguniform_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndarray":
-    import numpy as np
-
     low, high = _bounds(parameters)
     return np.array([low * (high / low) ** point for point in points.tolist()]).clip(low, high)
 
@@ -97,7 +91,6 @@ def _normal_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndarr
 
 
 def _lognormal_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndarray":
-    import numpy as np
     from scipy.special import ndtri
 
     mean, std = parameters["mean"], parameters["std"]
@@ -255,8 +248,6 @@ def draw_values(
     fields: tuple[Field, ...],
 ) -> list[float] | None:
     """Return the values of a variable at `points` (rows,), or None if some are out of the range of `fields`."""
-    import numpy as np
-
     values = distribution.values(points)
     extremes = (
         *distribution.values(np.array([_TAIL_PROBABILITY, 1.0 - _TAIL_PROBABILITY])),
@@ -495,8 +486,6 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
 
 def _design_points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":
     """Return the points of a design, (rows, variables) in (0, 1)."""
-    import numpy as np
-
     if method == "one-at-a-time":
         return _one_at_a_time_points(variables)
     generator = np.random.default_rng(seed)
@@ -513,8 +502,6 @@ def _design_points(method: str, n: int, seed: int, variables: int) -> "np.ndarra
 
 def _saltelli_points(points: "np.ndarray", variables: int) -> "np.ndarray":
     """Return A, B, and A with each column in turn from B: Saltelli et al. 2010, Comput. Phys. Commun. 181, 259."""
-    import numpy as np
-
     matrix_a, matrix_b = points[:, :variables], points[:, variables:]
     matrices_ab = []
     for k in range(variables):
@@ -525,8 +512,6 @@ def _saltelli_points(points: "np.ndarray", variables: int) -> "np.ndarray":
 
 def _one_at_a_time_points(variables: int) -> "np.ndarray":
     """Return the middle, then for each variable alone its 5 % quantile, its 95 % quantile and a disturbed middle."""
-    import numpy as np
-
     rows = np.full((1 + 3 * variables, variables), 0.5)
     for k in range(variables):
         rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _DISTURBANCE

@@ -8,7 +8,7 @@ from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
 from ...contracts.layout import FEATURES_OF_FLANKED, Requested, columns_of, rubbing_joints
-from ...language import expression
+from ...language import expression, np
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare, written_unit
 from ..keys import Number, Section
@@ -365,8 +365,6 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
 
 def _interval(distribution: Distribution) -> tuple[float, float]:
     """Return the ends of the 95 % interval of a distribution, in SI."""
-    import numpy as np
-
     low, high = distribution.values(np.array(_INTERVAL_PROBABILITIES)).tolist()
     return low, high
 

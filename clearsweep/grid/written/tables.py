@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...contracts.catalogue import Columns, Field
-from ...language import quantity
+from ...language import np, quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.wording import count_text
 from . import (
@@ -97,10 +97,6 @@ def _texts(written: WrittenValue) -> Iterator[Any]:
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Reads tables: cases, columns of a key, and measured signals, from CSV or Parquet files.
-
-
-if TYPE_CHECKING:
-    import numpy as np  # imported only when a file is read
 
 
 _MAX_CASES = 1_000_000
@@ -458,8 +454,6 @@ def read_signals(
     units : None for an arbitrary unit
     allow_others : whether other columns are allowed; they are not read
     """
-    import numpy as np
-
     path = Path(file)
     headers, rows = complete_rows_of_csv(path, MAX_SIGNALS_BYTES)
     if len(rows) < MIN_ROWS:
@@ -515,8 +509,6 @@ def _signal_values(file: str, rows: list[TableRow], column_index: int, unit: str
 
 def _check_steps(file: str, name: str, abscissa: "np.ndarray", lines: list[int]) -> None:
     """Raise InputError if the angle or the time does not increase, or if samples are missing."""
-    import numpy as np
-
     steps = np.diff(abscissa)
     if (steps <= 0.0).any():
         line = lines[int(np.argmax(steps <= 0.0)) + 1]
