@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts import catalogue
-from ..contracts.layout import Layout
+from ..contracts.layout import Column, Layout
 from ..contracts.vibration import IDEAL, NO_SEVERITY, SEVERITIES, zone_of
 from ..language import wording
+from ..language.wording import is_missing
 from . import questions
 from .figure_sentences import coexisting
 from .judge import NOT_RUN, answer_on, judge
-from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, is_null, named_value
+from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, named_value
 from .ranking import START_UP, limits_of_record, ranking_of
 from .sentences import sentences
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
@@ -134,7 +135,7 @@ def own_cases(record: Mapping[str, Any], columns: Any, base_laws: Mapping[str, s
         return np.zeros(count, bool)
     is_own = np.ones(count, bool)
     for path, law in base_laws.items():
-        is_own &= np.array([is_null(value) or value == law for value in columns[path].tolist()], bool)
+        is_own &= np.array([is_missing(value) or value == law for value in columns[path].tolist()], bool)
     for section in record.values():
         if isinstance(section, Mapping) and isinstance(added := section.get("added"), Mapping) and added:
             points = set(_points(added.values()))
@@ -196,7 +197,7 @@ def _with_unrun(
 
 def _points(columns: Iterable[Sequence[Any]]) -> list[tuple]:
     """Return the rows of some columns; None for null."""
-    return [tuple(None if is_null(value) else value for value in row) for row in zip(*columns, strict=True)]
+    return [tuple(None if is_missing(value) else value for value in row) for row in zip(*columns, strict=True)]
 
 
 def _figures(question: str, cases: Cases, layout: Layout) -> list[str]:
@@ -223,7 +224,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
             if isinstance(named[0], str):
                 details["order"][path] = named
     own_figures: list[Any] = [
-        _Own(name) for name, text in (record.get("figures") or {}).items() if isinstance(text, str)
+        Column(name, "", "") for name, text in (record.get("figures") or {}).items() if isinstance(text, str)
     ]
     details["extremes"] = [
         entry
@@ -305,12 +306,6 @@ def identified_parameters(record: Mapping[str, Any]) -> list[dict[str, Any]]:
         }
         for parameter in parameters
     ]
-
-
-class _Own(NamedTuple):
-    name: str
-    figure: str = ""
-    joint: str = ""
 
 
 def _extremes(source: Source, cases: Cases, column: Any) -> dict[str, Any] | None:

@@ -213,11 +213,6 @@ def _rank_effects(cases: Cases, drawn: Sequence[str], values: np.ndarray) -> lis
     return entries
 
 
-# Judges the cases of a run: which designs meet the limits under every condition, and what drives the figures.
-#
-# Everything follows from the run's record and the columns of its summary; no file is read and nothing is worded here.
-# The result of `judge` is the answer: a dict of plain values that terminal, page and answer.json share.
-
 VERDICTS = {MET: "meets", UNDECIDED: "undecided", EXCEEDED: "exceeds"}  # verdict of its cases -> of a design, in order
 NOT_RUN = "not run"
 MAX_DESIGNS, MAX_MISSING = 1000, 20  # entries of a list in the answer

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts import catalogue
+from ..language.wording import is_missing
 from .verdict import Assessment, Limit, LimitsAndFigures, limits_and_figures_of
 
 MET, EXCEEDED, UNDECIDED = "met", "exceeded", "undecided"  # verdicts of a case
@@ -153,16 +154,11 @@ def codes_of(values: np.ndarray) -> tuple[list, np.ndarray]:
         unique_values, indices = np.unique(values, return_inverse=True)
         is_known = np.isfinite(unique_values.astype(float))
         return unique_values[is_known].tolist(), np.where(is_known[indices], indices, -1).reshape(-1).astype("i4")
-    present = [value for value in values.tolist() if not is_null(value)]
+    present = [value for value in values.tolist() if not is_missing(value)]
     has_text = any(isinstance(value, str) for value in present)
     levels = list(dict.fromkeys(present)) if has_text else sorted(set(present))
     index_of = {value: index for index, value in enumerate(levels)}
-    return levels, np.array([-1 if is_null(value) else index_of[value] for value in values.tolist()], "i4")
-
-
-def is_null(value: Any) -> bool:
-    """Return whether a value is None or NaN."""
-    return value is None or (isinstance(value, float) and math.isnan(value))
+    return levels, np.array([-1 if is_missing(value) else index_of[value] for value in values.tolist()], "i4")
 
 
 def named_value(record: Mapping[str, Any], path: str, value: Any) -> Any:
@@ -187,7 +183,7 @@ def _array(values: Any) -> np.ndarray:
 
 def _floats(values: np.ndarray) -> np.ndarray:
     if values.dtype.kind == "O":
-        return np.array([np.nan if is_null(value) else value for value in values.tolist()], float)
+        return np.array([np.nan if is_missing(value) else value for value in values.tolist()], float)
     return values.astype(float)
 
 
@@ -336,10 +332,6 @@ def _with_interval(correlation: float, count: int, controlled_count: int) -> Est
         correlation, math.tanh(math.atanh(correlation) - half_width), math.tanh(math.atanh(correlation) + half_width)
     )
 
-
-# Rank correlations of the drawn variables of a sample with a figure.
-
-__all__ = ["direction_verb", "is_clear", "is_one_sample", "variable_correlations"]
 
 MIN_CASES = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)

@@ -8,8 +8,9 @@ import numpy as np
 
 from ..contracts.layout import Layout
 from ..language import wording
+from ..language.wording import is_missing
 from .judge import judge
-from .judged import EXCEEDED, Cases, is_null
+from .judged import EXCEEDED, Cases
 from .ranking import CaseRanking, FinishedCases
 from .words import Words
 
@@ -207,7 +208,7 @@ def law_results(table: Mapping[str, np.ndarray], grid_laws: Mapping[str, str], r
 
 def changed_law(laws: Mapping[str, Any], grid_laws: Mapping[str, str]) -> tuple[str, str]:
     """Return path and name of the law of a case that is not the grid's."""
-    return next((path, law) for path, law in laws.items() if not is_null(law) and law != grid_laws[path])
+    return next((path, law) for path, law in laws.items() if not is_missing(law) and law != grid_laws[path])
 
 
 def law_check_sentence(
@@ -251,7 +252,8 @@ def _is_same(record: Mapping[str, Any], columns: Any, rows: tuple[int, int], gri
     row, other = rows
     paths = [path for path in record["units"] if path not in grid_laws]
     return all(
-        columns[path][row] == columns[path][other] or (is_null(columns[path][row]) and is_null(columns[path][other]))
+        columns[path][row] == columns[path][other]
+        or (is_missing(columns[path][row]) and is_missing(columns[path][other]))
         for path in paths
     )
 

@@ -9,8 +9,6 @@ from ..contracts.layout import JointLayout, Layout
 from ..language import wording
 from .verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, column_label, limits_and_figures_of
 
-# The leading question of a run: one order for verdict, cards, summary table and sorting.
-
 #: The questions of a grid in order of precedence.  Start-up, film and force studies are recognised by their content,
 #: if there is no other question.
 QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "start-up", "film", "force")

@@ -11,8 +11,6 @@ from ..contracts.vibration import PLACE_FIGURES
 from ..language import expression, np, wording
 from ..language.quantity import WrittenUnit
 
-# User-defined figures and limits of a grid: their columns, the limits that a case exceeds, its margin.
-
 EXCEEDED_COLUMN, UNDECIDED_COLUMN, MARGIN_COLUMN = "limits_exceeded", "limits_undecided", "margin"  # columns
 KINDS = ("at_most", "at_least")
 

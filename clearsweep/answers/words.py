@@ -12,8 +12,6 @@ from ..language import wording
 from .ranking import column_texts
 from .verdict import Limit, capitalise, column_label, limit_label, limits_and_figures_of, units_of
 
-# Names, values and limits of a run in words: the same on the terminal, on the page and in answer.json.
-
 MIN_DIGITS, MAX_DIGITS = 4, 16  # significant digits of a varied value: as few as distinguish the values of its axis
 MAX_LINES, MAX_LENGTH = 6, 160  # of an answer, and characters of a line
 PERCENT = f"{wording.BLANK}%"

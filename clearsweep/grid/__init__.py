@@ -41,13 +41,6 @@ from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_res
 from .written.law_execution import enter_law_files, guarded, has_run, reported, run_all
 from .written.law_files import allowing, list_text, revoke, trust
 
-# ----------------------------------------------------------------------------------------------------------------------
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Loads grids, and refuses those that cannot be run or whose results do not fit memory or disk.
-
-
 SCHEMA_FILE = "clearsweep.schema.json"  # next to a grid that `init` writes
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
 MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s

@@ -163,8 +163,8 @@ class Grid:
 
     def case_at(self, point: Mapping[str, cases.KeyValue]) -> Case:
         """Return the case at a `point`, dotted path -> value."""
-        case = case_of(self._tree(point), self._outline)
-        earlier = [case_of(self._tree(before), self._outline) for before in self.before(point)]
+        case = case_of(self.case_tree(point), self._outline)
+        earlier = [case_of(self.case_tree(before), self._outline) for before in self.before(point)]
         return case._replace(before=tuple(earlier)) if earlier else case
 
     def before(self, point: Mapping[str, cases.KeyValue]) -> list[dict[str, cases.KeyValue]]:
@@ -194,13 +194,9 @@ class Grid:
 
     def _identity_text(self, point: Mapping[str, cases.KeyValue]) -> str:
         """Return the text whose hash is the identity of the case at a point; that of a chain has the values before."""
-        text = cases.identity_text(self._tree(point))
+        text = cases.identity_text(self.case_tree(point))
         earlier = [(before[DIRECTION], before[self.chained]) for before in self.before(point)]
         return f"{text}{json.dumps(earlier)}" if earlier else text
-
-    def case_tree(self, point: Mapping[str, cases.KeyValue]) -> dict[str, Any]:
-        """Return the case at a `point` in the form of a grid file, in SI."""
-        return self._tree(point)
 
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal digits that identify a case: a hash of its values and the model version."""
@@ -217,9 +213,10 @@ class Grid:
 
     def written_case(self, index: int) -> dict[str, Any]:
         """Return the case at `index` in the form of a grid file, in SI; its identity is a hash of this form."""
-        return self._tree(self.point(index))
+        return self.case_tree(self.point(index))
 
-    def _tree(self, point: Mapping[str, cases.KeyValue]) -> dict[str, Any]:
+    def case_tree(self, point: Mapping[str, cases.KeyValue]) -> dict[str, Any]:
+        """Return the case at a `point` in the form of a grid file, in SI."""
         return self._pattern(cases.law_assignment_at(point)).case({**point, **self.defined.values_at(point)})
 
     def identities(self, indices: range | None = None) -> Iterator[int]:

@@ -5,8 +5,9 @@ Also formats values in messages and suggests the intended word.
 
 import contextlib
 import errno
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from difflib import get_close_matches
+from typing import Any
 from unicodedata import category
 
 MAX_BITS = 4096  # of a quoted whole number
@@ -49,6 +50,15 @@ class SchedulerLostError(ClearsweepError, ConnectionError):
     """The scheduler of a cluster no longer answers; results committed before are unharmed."""
 
     exit_code = 4
+
+
+def mistake_of(read: Callable[..., Any], *arguments: Any) -> str:
+    """Return the message of the InputError that a call raises, or ''."""
+    try:
+        read(*arguments)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def error_line(error: BaseException) -> str:

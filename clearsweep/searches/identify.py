@@ -16,10 +16,10 @@ from ..contracts.case import column_name
 from ..contracts.layout import Layout
 from ..grid.keys import Number
 from ..grid.keys.run_keys import CHANNELS
-from ..grid.sections import PAIR_SCHEMA, EntriesKey, KeySection, Reader, WordListKey, cases_key
+from ..grid.sections import PAIR_SCHEMA, EntriesKey, KeySection, Reader, WordListKey, cases_key, entries_schema
 from ..grid.written import WrittenValue
 from ..grid.written.tables import read_signals
-from ..language.errors import InputError, did_you_mean, quoted
+from ..language.errors import InputError, did_you_mean, mistake_of, quoted
 from .identifying import MIN_REVOLUTIONS, Identification, Signal, angular_signals
 from .seeking import MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, SearchOver
 
@@ -31,7 +31,6 @@ MAX_CASES = 20_000  # the time of an emulator grows with their third power
 MAX_SAVED_SAMPLES = 12_000  # samples of a signal that every case keeps where the grid does not say how many
 MAX_SAMPLES_PER_REVOLUTION = 2880  # samples of a revolution that are kept then
 _COLUMN_SCHEMA = {"oneOf": [{"type": "string"}, PAIR_SCHEMA]}
-_SIGNALS_SCHEMA = {"type": "object", "minProperties": 1, "additionalProperties": _COLUMN_SCHEMA}
 _SIGNAL_EXAMPLE = "{rig.csv: {slider/a: acceleration}}"
 IDENTIFY_SECTION = KeySection(
     IDENTIFY,
@@ -51,7 +50,7 @@ IDENTIFY_SECTION = KeySection(
             "gear or coupling [input, output], the columns of two encoders",
             required=True,
             missing=f"; give a file, a channel and the column of the file: {_SIGNAL_EXAMPLE}",
-            entry=_SIGNALS_SCHEMA,
+            entry=entries_schema(_COLUMN_SCHEMA),
         ),
         cases_key(ROUND_SIZE, MAX_CASES),
         WordListKey(
@@ -216,11 +215,8 @@ class Identify(SearchOver):
         signals = [signal for signal in signals if signal.unit and bool(signal.output) == bool(signal.arms)]
         for file in dict.fromkeys(signal.file for signal in signals):
             file_signals = [signal for signal in signals if signal.file == file]
-            try:
-                for _ in angular_signals(file, file_signals, crank_rate(reader)):
-                    pass
-            except InputError as error:
-                reader.problems.add(written, f"{IDENTIFY}.from", str(error))
+            if mistake := mistake_of(angular_signals, file, file_signals, crank_rate(reader)):
+                reader.problems.add(written, f"{IDENTIFY}.from", mistake)
         return replace(self, signals=tuple(signals), cycle_rate=_cycle_rate(reader))
 
 

@@ -17,6 +17,7 @@ from ..grid.written import WrittenValue
 from ..language import quantity
 from ..language.errors import quoted
 from . import seeking
+from .seeking import unit_of_path
 
 SEEK = "seek"
 SEEK_DIRECTIONS, SEEK_SCOPES = ("largest", "smallest"), ("each", "all")
@@ -358,8 +359,8 @@ def _read_seek(reader: sections.Reader, root: WrittenValue) -> Seek | None:
     (direction,) = [direction for direction in SEEK_DIRECTIONS if direction in entries]
     low, high = reader.axes[path][0], reader.axes[path][-1]
     for other_path in paths[1:]:
-        if _unit_of_path(reader, other_path) != _unit_of_path(reader, path):
-            units_text = f"in {_unit_of_path(reader, other_path)}, {path} in {_unit_of_path(reader, path)}"
+        if unit_of_path(reader, other_path) != unit_of_path(reader, path):
+            units_text = f"in {unit_of_path(reader, other_path)}, {path} in {unit_of_path(reader, path)}"
             reader.problems.add(
                 entries[direction],
                 f"{SEEK}.{direction}",
@@ -380,25 +381,18 @@ def _read_seek(reader: sections.Reader, root: WrittenValue) -> Seek | None:
         among = {key: names if key in words else item.value for key, item in entries["among"].value.items()}
         seek = Seek(direction, paths, (low, high), 0.0, is_per_case, fits, among)
         return seek if len(reader.problems) == problems_before else None
-    tolerance = SEEK_SECTION.value(reader.problems, section, "within", _unit_of_path(reader, path))
+    tolerance = SEEK_SECTION.value(reader.problems, section, "within", unit_of_path(reader, path))
     if tolerance is None or len(reader.problems) > problems_before:
         return None
     if not (high - low) / 2.0**MAX_HALVINGS < tolerance <= (high - low) / seeking.SCAN_INTERVALS:
         smallest, largest = (
-            quantity.written_text(size, _unit_of_path(reader, path))
+            quantity.written_text(size, unit_of_path(reader, path))
             for size in ((high - low) / 1e12, (high - low) / 4.0)
         )
         message = f"found {entries['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
         reader.problems.add(entries["within"], f"{SEEK}.within", message)
         return None
     return Seek(direction, paths, (low, high), tolerance, is_per_case)
-
-
-def _unit_of_path(reader: sections.Reader, path: str) -> str:
-    key = reader.keys_in_use[path]
-    assert isinstance(key, Number)  # others cannot be searched for
-    exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
-    return quantity.replace_exponent(key.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
 
 
 class _Probe(NamedTuple):

@@ -16,7 +16,7 @@ from ..grid.keys import Number
 from ..grid.sections import CountKey, Reader, check_always_used, section_in
 from ..grid.written import WrittenValue
 from ..language import phases, quantity
-from ..language.errors import InputError
+from ..language.errors import mistake_of
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Finds the border in a sequence of values that begins with good ones: the next values to try, and the answer.
@@ -265,6 +265,14 @@ def check_range(reader: Reader, path: str, section: str) -> None:
         reader.problems.add(reader.written_axes[path], f"{section}.over.{path}", message)
 
 
+def unit_of_path(reader: Reader, path: str) -> str:
+    """Return the SI unit of the quantity at a path."""
+    key = reader.keys_in_use[path]
+    assert isinstance(key, Number)  # others cannot be searched for
+    exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
+    return quantity.replace_exponent(key.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
+
+
 def start_values(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
     """Return the values written in the grid, or {} unless all are written and within their choices."""
     start: dict[str, Any] = {}
@@ -274,9 +282,7 @@ def start_values(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
             return {}
         value: Any = written.value
         if isinstance(key, Number):
-            exponents = reader.values_of(f"{path.rpartition('.')[0]}.exponent")
-            unit = quantity.replace_exponent(key.fields(reader.names)[0].unit, exponents[0] if exponents else 1.5)
-            value = quantity.read(value, unit)
+            value = quantity.read(value, unit_of_path(reader, path))
         is_allowed = value in choice.values if choice.kind == AMONG else choice.values[0] <= value <= choice.values[-1]
         if not is_allowed or (isinstance(value, float) and math.isnan(value)):
             return {}
@@ -381,27 +387,16 @@ def _perturbed(
     grid: grids.Grid, point: Mapping[str, Any], fixed: dict[str, Any], catalogue: grids.Catalogue
 ) -> dict[str, list[float]]:
     """Return path -> values lower and higher by STEP, for keys that accept them."""
-    perturbed = {}
+    perturbed, columns = {}, {axis: [coordinate] for axis, coordinate in point.items()}
     for path, value in _numbers(grid, point).items():
         possible = [
             changed
             for changed in (value * (1.0 - STEP), value * (1.0 + STEP))
-            if _is_possible(
-                fixed | {"cases": {**{axis: [coordinate] for axis, coordinate in point.items()}, path: [changed]}},
-                catalogue,
-            )
+            if not mistake_of(grids.load, fixed | {"cases": columns | {path: [changed]}}, catalogue)
         ]
         if possible:
             perturbed[path] = possible
     return perturbed
-
-
-def _is_possible(source: dict[str, Any], catalogue: grids.Catalogue) -> bool:
-    try:
-        grids.load(source, catalogue)
-    except InputError:
-        return False
-    return True
 
 
 def unanswered_facts(

@@ -13,7 +13,6 @@ import pyarrow.parquet as pq
 import clearsweep
 
 from ..answers.compose import Source, compose
-from ..answers.judged import is_null
 from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ..contracts.layout import Column
 from ..contracts.results import TIMINGS
@@ -21,6 +20,7 @@ from ..contracts.search import CaseResults, Found, SearchTable
 from ..grid import Grid
 from ..grid.sections.variations import VARYING_SECTIONS
 from ..language.errors import DirectoryError
+from ..language.wording import is_missing
 from ..searches import SEARCHES, base_laws, search_of
 from . import durable
 from .batch import GROUP_ROWS, ResultSchema, add_verdict_columns, id_text, id_texts, open_table, summary_schema
@@ -324,7 +324,7 @@ def search_rows(run: StoredRun) -> list[dict[str, Any]]:
     if table is None:
         return []
     rows = table.to_dict("records")
-    return [{name: None if is_null(value) else value for name, value in row.items()} for row in rows]
+    return [{name: None if is_missing(value) else value for name, value in row.items()} for row in rows]
 
 
 def _worn_body(run: StoredRun, case_id: str) -> str:

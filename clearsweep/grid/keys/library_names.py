@@ -5,7 +5,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from ...contracts.catalogue import CHOICE
-from ...language.errors import InputError, quoted
+from ...language.errors import InputError, mistake_of, quoted
 from .. import library
 from ..library import MATERIALS, WIDTH, Entry, Value, bearing_names, check_group, parse_bearing_name
 from ..library.fits import NORMAL_GROUP
@@ -77,10 +77,8 @@ class _NameReplacer:
         if grooves.values and "groove" not in content:
             filled = self._filled(f"{path}.groove", {}, grooves, tuple(grooves.values), name, unchecked)
             content["groove"] = name.with_value([*filled.values()])
-        try:
-            check_group(entry.name, group)
-        except InputError as error:
-            self.problems.add(name, f"{path}.{BEARING}", str(error))
+        if mistake := mistake_of(check_group, entry.name, group):
+            self.problems.add(name, f"{path}.{BEARING}", mistake)
         if grooves.values:
             content["clearance"] = self._clearance(path, content.get("clearance"), name, group)
         return joint.with_value({key: value for key, value in content.items() if value is not None})

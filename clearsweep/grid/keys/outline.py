@@ -22,7 +22,7 @@ from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, P
 from ...language import quantity
 from ...language.errors import InputError
 from ..written import WrittenValue, leaves
-from ..written.law_files import with_recorded_laws
+from ..written.law_files import plain_value, with_recorded_laws
 from . import KeyTable, Number, Word
 from .key_table import table_of_keys
 
@@ -108,7 +108,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
 def outline_of_document(root: WrittenValue) -> Outline:
     """Return the outline of a grid as written."""
     sections = root.value if isinstance(root.value, dict) else {}
-    tree = {key: _without_positions(sections[key]) for key in _SECTIONS if key in sections}
+    tree = {key: plain_value(sections[key]) for key in _SECTIONS if key in sections}
     axis_sections = [
         _section(sections[section_name].value) for section_name in ("sweep", "zip", "cases") if section_name in sections
     ]
@@ -147,15 +147,6 @@ def _named_entries(section: Mapping[str, Any]) -> list[tuple[str, Any]]:
 def _section(value: Any) -> Mapping[str, Any]:
     """Return a value that is a section, or an empty section."""
     return value if isinstance(value, Mapping) else {}
-
-
-def _without_positions(written: WrittenValue) -> Any:
-    """Return a written value without its position."""
-    if isinstance(written.value, dict):
-        return {key: _without_positions(item) for key, item in written.value.items()}
-    if isinstance(written.value, list):
-        return [_without_positions(item) for item in written.value]
-    return written.value
 
 
 def _drive_form(drive: Mapping[str, Any], keys: set[str]) -> str:

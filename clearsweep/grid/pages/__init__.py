@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from typing import NamedTuple
 
+from ...answers.verdict import capitalise
 from ...contracts.catalogue import ANY, Catalogue, Field
 from ...language import quantity
 from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
@@ -189,16 +190,11 @@ def _sentences(sections: Mapping[str, _SectionsByOwner]) -> str:
             owners_by_text.setdefault((text, need), []).append(owner)
         for (text, need), owners in owners_by_text.items():
             owners_text = _owners_text(owners, sections_by_owner)
-            texts[f"*{owners_text}*: {_capitalised(text)}" if owners_text and text else _capitalised(text), need] = None
+            texts[f"*{owners_text}*: {capitalise(text)}" if owners_text and text else capitalise(text), need] = None
     needs = {need for _, need in texts}
     shared_needs = [_NEED_SENTENCES[need] for need in needs if len(needs) == 1]
     lines = [f"{text} ({need})" if text and need and not shared_needs else text for text, need in texts]
     return " ".join(f"{line}." for line in (*lines, *shared_needs) if line)
-
-
-def _capitalised(text: str) -> str:
-    """Return a text with a capital first letter."""
-    return text[:1].upper() + text[1:]
 
 
 def _section_rows(key_table: KeyTable, path: str) -> Iterator[Row]:

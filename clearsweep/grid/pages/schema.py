@@ -11,7 +11,7 @@ from ...language import quantity
 from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
-from ..sections import AXES_OF_NAMES, NAME_SCHEMAS
+from ..sections import AXES_OF_NAMES, NAME_SCHEMAS, QUANTITY_SCHEMA, entries_schema, single_key_schemas
 from ..sections.axes import SAMPLE_SECTION
 from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION
 from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
@@ -122,23 +122,13 @@ def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
     """Return the schema with every part written out where it belongs."""
 
     def axes(text: str) -> dict[str, Any]:
-        return {
-            "description": f"dotted path -> values, {text}",
-            "type": "object",
-            "minProperties": 1,
-            "additionalProperties": {"$ref": "#/$defs/axis"},
-        }
+        return {"description": f"dotted path -> values, {text}", **entries_schema({"$ref": "#/$defs/axis"})}
 
     schemas, text = [], {"type": "string"}
     for key_tree in key_trees(catalogue):
         mechanism_schema = _object_schema(key_tree.keys, "")
         mechanism_schema["properties"] |= {
-            DEFINE: {
-                "description": DEFINE_TEXT,
-                "type": "object",
-                "minProperties": 1,
-                "additionalProperties": {"$ref": "#/$defs/quantity"},
-            },
+            DEFINE: {"description": DEFINE_TEXT, **entries_schema(QUANTITY_SCHEMA)},
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
             EXTENDS: {"type": "string", "description": "grid file in the same folder whose values this one overrides"},
             LAWS: {"anyOf": [text, {"type": "array", "items": text, "minItems": 1}], "description": LAWS_TEXT},
@@ -152,7 +142,7 @@ def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
         mechanism_schema["properties"]["mechanism"]["properties"]["type"] = {"enum": [key_tree.mechanism]}
         schemas.append(mechanism_schema)
     merged = functools.reduce(_merge, schemas)
-    pair_schema = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
+    pair_schema = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [QUANTITY_SCHEMA] * 2}
     spacing_schema = {"type": "array", "minItems": 3, "maxItems": 4}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -168,15 +158,7 @@ def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
                     {"type": "array", "minItems": 1},
                     *AXES_OF_NAMES,
                     _labels_schema(),
-                    *(
-                        {
-                            "type": "object",
-                            "required": [name],
-                            "additionalProperties": False,
-                            "properties": {name: spacing_schema},
-                        }
-                        for name in ("linspace", "geomspace", "logspace")
-                    ),
+                    *single_key_schemas(dict.fromkeys(("linspace", "geomspace", "logspace"), spacing_schema)),
                 ]
             },
         },
@@ -190,7 +172,7 @@ def _labels_schema() -> dict[str, Any]:
         "description": "label -> value",
         "minProperties": 1,
         "propertyNames": {"not": {"enum": list(RESERVED_LABELS)}, "maxLength": MAX_LABEL_LENGTH},
-        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, *NAME_SCHEMAS.values()]},
+        "additionalProperties": {"anyOf": [QUANTITY_SCHEMA, *NAME_SCHEMAS.values()]},
     }
 
 
@@ -228,7 +210,7 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
             properties[key_name] = {"description": key.text, "type": "boolean", "default": bool(key.default)}
         else:
             schemas = [
-                {"$ref": "#/$defs/quantity"},
+                QUANTITY_SCHEMA,
                 *(_object_schema(key_table, item) for item in (nested,) if _has_keys_below(key_table, item)),
             ]
             schemas += [NAME_SCHEMAS[form] for form in {key_use.field.fit for key_use in key.uses} if form]
@@ -266,7 +248,7 @@ def _list_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]
         return {"description": f"{key.text}: {number} names", "items": {"type": "string"}} | length_schema
     assert isinstance(item_key, Number)
     description = {"description": f"{key.text}: {number} quantities ({item_key.uses[0].field.unit})"}
-    quantity_schema = {"$ref": "#/$defs/quantity"}
+    quantity_schema = QUANTITY_SCHEMA
     list_schema = {"$ref": "#/$defs/pair"} if count == 2 else length_schema | {"prefixItems": [quantity_schema] * count}
     return description | ({"anyOf": [quantity_schema, list_schema]} if key.scalar_factors else list_schema)
 

@@ -15,7 +15,7 @@ from ..sections import Reader, ValueReader, make_word_axis, report_mixed_units
 from ..sections.fits import recorded_fits
 from ..sections.variations import recorded_labels, values_of_axis
 from ..written import Problems, WrittenValue
-from ..written.tables import read_table
+from ..written.tables import leaf_values, read_table
 
 Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units
 _MAX_LAWS_NAMED = 6  # laws in a message
@@ -317,13 +317,13 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
             written = entries.get(path)
             if written is None or not written.line or written.by_name or written.origin not in origins:
                 continue
-            others_have_unit |= any(quantity.has_unit(leaf) for leaf in _leaf_values(written))
+            others_have_unit |= any(quantity.has_unit(leaf) for leaf in leaf_values(written))
             if _contains_bare_number(written):
                 bare.append((path, written))
     is_of_program = root.origin.endswith(".json")
     if not bare or not others_have_unit or is_of_program or reader.problems:  # another mistake may have cut a unit off
         return
-    texts = [f"{path} {next(filter(is_bare, _leaf_values(written)))}" for path, written in bare]
+    texts = [f"{path} {next(filter(is_bare, leaf_values(written)))}" for path, written in bare]
     more = f" and {len(bare) - _MAX_BARE_NAMED} more" if len(bare) > _MAX_BARE_NAMED else ""
     path, written = min(bare, key=lambda item: (item[1].line, item[1].column))
     reader.problems.add(
@@ -401,20 +401,11 @@ def set_wear_units(reader: Reader) -> None:
         wear = path.rpartition(".")[0]
         entries = reader.written_axes | reader.written
         coefficients = [entries[f"{wear}.{key}"] for key in COEFFICIENTS if f"{wear}.{key}" in entries]
-        leaves = [list(_leaf_values(written)) for written in coefficients]
+        leaves = [list(leaf_values(written)) for written in coefficients]
         are_bare = bool(leaves) and all(part and all(map(_is_number, part)) for part in leaves)
         if path not in reader.written and f"{wear}.hardness" in entries and are_bare:
             first = coefficients[0]
             reader.written[path] = first.with_value(DIMENSIONLESS)
-
-
-def _leaf_values(written: WrittenValue) -> Iterator[Any]:
-    """Yield every text in a value, an axis or a distribution."""
-    if isinstance(written.value, (dict, list)):
-        for item in written.value.values() if isinstance(written.value, dict) else written.value:
-            yield from _leaf_values(item)
-    else:
-        yield written.value
 
 
 def _is_number(value: object) -> bool:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from ...contracts.catalogue import Field, Mechanism, Outline
 from ...contracts.search import Search
 from ...language import np, quantity
-from ...language.errors import InputError, did_you_mean, quoted
+from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ..keys import KeyTable, Number, Word, deciding_paths, value_key
 from ..keys.library_names import LibraryNumber, VariedName, numbers_of_names
 from ..library.fits import GROUPS, MOUNTING_KEYS, Fit
@@ -45,6 +45,11 @@ AXES_OF_NAMES = [
     _named_schema({"groups": {"type": "array", "minItems": 1, "items": {"enum": list(GROUPS)}}, **MOUNTING_SCHEMA}),
 ]
 NAMES_SCHEMA = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
+
+
+def entries_schema(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the schema of a section with at least one entry of any name; entry : the schema of its value."""
+    return {"type": "object", "minProperties": 1, "additionalProperties": dict(entry)}
 
 
 def single_key_schemas(schemas: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -233,7 +238,7 @@ class EntriesKey(Key):
 
     def values(self) -> dict[str, Any]:
         """Return the JSON Schema of the entries."""
-        return {"type": "object", "minProperties": 1, "additionalProperties": dict(self.entry)}
+        return entries_schema(self.entry)
 
     def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue | None:
         """Return the entries with their positions."""
@@ -329,8 +334,7 @@ class NameSection(NamedTuple):
     @property
     def schema(self) -> dict[str, Any]:
         """Return the JSON Schema of the section."""
-        form = {"type": "object", "minProperties": 1, "additionalProperties": dict(self.entry)}
-        return {"description": self.text, **form}
+        return {"description": self.text, **entries_schema(self.entry)}
 
     def entries(self, problems: Problems, root: WrittenValue) -> dict[str, WrittenValue]:
         """Return the entries, or {} if the section is missing or empty; an empty section is reported."""
@@ -383,9 +387,8 @@ def report_mixed_units(problems: Problems, key_path: str, items: Iterable[Writte
     `[200 rpm, 500]` would mean 500 rad/s, which is hardly ever intended.
     """
     items = list(items)
-    item_with_unit = (
-        next((item for item in items if _has_valid_unit(item.value, unit)), None) if unit not in ("", "1") else None
-    )
+    with_unit = (item for item in items if unit not in ("", "1") and quantity.has_unit(item.value))
+    item_with_unit = next((item for item in with_unit if not mistake_of(quantity.exact, item.value, unit)), None)
     bare_items = [item for item in items if quantity.is_bare(item.value)] if item_with_unit else []
     for item in bare_items:
         message = (
@@ -394,14 +397,6 @@ def report_mixed_units(problems: Problems, key_path: str, items: Iterable[Writte
         )
         problems.add(item, key_path, message)
     return bool(bare_items)
-
-
-def _has_valid_unit(value: Any, unit: str) -> bool:
-    """Return whether a quantity is written with a unit of the right dimension."""
-    try:
-        return quantity.has_unit(value) and quantity.exact(value, unit) is not None
-    except InputError:
-        return False
 
 
 class Sample(NamedTuple):

@@ -9,7 +9,7 @@ from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
 from ...contracts.layout import FEATURES_OF_FLANKED, Requested, columns_of, rubbing_joints
 from ...language import expression, np
-from ...language.errors import InputError, did_you_mean, quoted
+from ...language.errors import did_you_mean, mistake_of, quoted
 from ...language.quantity import is_bare, written_unit
 from ..keys import Number, Section
 from ..keys.run_keys import LIFE
@@ -145,11 +145,7 @@ def _expression_mistake(text: Any, units: dict[str, str]) -> str:
     """Return what is wrong with an expression, or '' if nothing is."""
     if not isinstance(text, str):
         return f"found {quoted(text)}; expected an expression of columns, in quotes, such as `{_FIGURE_EXAMPLE}`"
-    try:
-        expression.unit_of(text, units)
-    except InputError as error:
-        return str(error)
-    return ""
+    return mistake_of(expression.unit_of, text, units)
 
 
 def _read_bounds(reader: Reader, column: str, written: WrittenValue, units: dict[str, str]) -> None:

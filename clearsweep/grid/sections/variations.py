@@ -8,7 +8,7 @@ from typing import Any
 
 from ...contracts.catalogue import CHOICE, ranged
 from ...language import quantity
-from ...language.errors import InputError, did_you_mean, quoted
+from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ..keys import KeyTable, Name, Number, Section, Use, Word, deciding_paths, value_key, word_key
 from ..keys.library_names import BODIES, name_path, text_of_name
 from ..keys.run_keys import BRANCHES, CARRIED, DIRECTION, DRAW, LIFE, START
@@ -205,11 +205,7 @@ def _unit_mistake(written: WrittenValue, unit: str) -> str:
     units = {text.partition(" ")[2] for text in texts if quantity.has_unit(text)}
     if len(units) != 1 or not all(map(quantity.has_unit, texts)):
         return ""
-    try:
-        quantity.read(f"1 {units.pop()}", unit)
-    except InputError as error:
-        return str(error)
-    return ""
+    return mistake_of(quantity.read, f"1 {units.pop()}", unit)
 
 
 def zipped_paths(reader: Reader) -> tuple[tuple[str, ...], ...]:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from ...contracts.catalogue import Columns, Field
 from ...language import np, quantity
-from ...language.errors import InputError, did_you_mean, quoted
+from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ...language.wording import count_text
 from . import (
     KNOWN_FILES_TEXT,
@@ -82,15 +82,16 @@ def _changed(section: WrittenValue, path: tuple[str, ...], rename: Any, depth: i
 
 def _is_in_per_cent(written: WrittenValue, number: Callable[[Iterable[bool]], bool] = all) -> bool:
     """Return whether all (or any) values of a list or a section, or the only value, are in per cent."""
-    texts = list(_texts(written))
+    texts = list(leaf_values(written))
     return bool(texts) and number(isinstance(text, str) and text.rstrip(" ]}").endswith("%") for text in texts)
 
 
-def _texts(written: WrittenValue) -> Iterator[Any]:
+def leaf_values(written: WrittenValue) -> Iterator[Any]:
+    """Yield every text in a value, an axis or a distribution."""
     if isinstance(written.value, (dict, list)):
         items = written.value.values() if isinstance(written.value, dict) else written.value
         for item in items:
-            yield from _texts(item)
+            yield from leaf_values(item)
     else:
         yield written.value
 
@@ -340,20 +341,11 @@ def _read_columns(problems: Problems, path: str, table: WrittenValue, columns: C
             problems.add(cells, f"{path}.{header}", f"found {quoted(cells.value)}; expected a list of values")
         elif len(cells.value) > _MAX_ROWS:
             problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MAX_ROWS:,} are read")
-        elif unit and (mistake := _unit_mistake(unit, field)):
+        elif unit and (mistake := mistake_of(quantity.read, f"1 {unit}", field.unit)):
             problems.add(table.key_position(header), path, f"'{header}': {mistake}")
         else:
             values[name] = [_read_cell(problems, path, cell, unit, field) for cell in cells.value]
     return values
-
-
-def _unit_mistake(unit: str, field: Field) -> str:
-    """Return why a column of a field cannot have this unit, or ''."""
-    try:
-        quantity.read(f"1 {unit}", field.unit)
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def _read_cell(problems: Problems, path: str, cell: WrittenValue, unit: str, field: Field) -> float:

@@ -12,13 +12,13 @@ from markupsafe import Markup
 from ...answers import validity
 from ...answers.figure_sentences import extremes_of
 from ...answers.judge import DIFFERS, FALLS, RISES
-from ...answers.judged import is_null, named_value
+from ...answers.judged import named_value
 from ...answers.questions import MIN_REVOLUTIONS, expected_peak_sentence, largest_expected_peak, required_columns
 from ...answers.sentences import at_worst, deciding_figures, effect_text
 from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, limit_label
 from ...answers.words import case_margin_text, every_text, factor_text, share_text
 from ...language import wording
-from ...language.wording import TIMES
+from ...language.wording import TIMES, is_missing
 from .. import samples
 from ..axis import PEAK, Axis
 from ..blocks.section import Block, Cards, Gallery, Picture, Points, Section, Sentences, section
@@ -248,7 +248,7 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
                 is_of_design = np.ones(len(cases), bool)
                 for path, value in design["values"].items():
                     levels = cases.values_of(path).tolist()
-                    named = [None if is_null(level) else named_value(cases.record, path, level) for level in levels]
+                    named = [None if is_missing(level) else named_value(cases.record, path, level) for level in levels]
                     is_of_design &= np.array([name in (None, value) for name in named])
                 codes[is_of_design] = FAILS_ELSEWHERE
     names = wording.sentence_list([words_of(study).axis_name(path) for path in conditions])
