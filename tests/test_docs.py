@@ -16,7 +16,6 @@ from ruamel.yaml import YAML
 import clearsweep
 from clearsweep import grid
 from clearsweep.cli import verbs
-from clearsweep.contracts import layout
 from clearsweep.contracts.catalogue import ANY
 from clearsweep.grid.keys.outline import key_trees
 from clearsweep.grid.pages.schema import whole_schema
@@ -171,7 +170,8 @@ def test_every_file_of_the_map_exists():
 
 
 def test_every_figure_is_defined():
-    known = set(re.findall(r"^\| `(\w+)`", layout.columns_markdown(catalogue()), re.MULTILINE))
+    table_of_columns = runpy.run_path(str(ROOT / "docs/tools/columns.py"))["columns_markdown"]
+    known = set(re.findall(r"^\| `(\w+)`", table_of_columns(catalogue()), re.MULTILINE))
     table = TEXTS["docs/model.md"].partition("## Figures of merit")[2].partition("\n## ")[0]
     defined = {
         name for row in re.findall(r"^\| (`.*?) \|", table, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)

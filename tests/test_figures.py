@@ -2,6 +2,7 @@
 
 import json
 import math
+import runpy
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import grid, report, simulation
 from clearsweep.contracts.catalogue import Entry, Figure
-from clearsweep.contracts.layout import Layout, columns_markdown
+from clearsweep.contracts.layout import Layout
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.grid.pages.schema import whole_schema
 from clearsweep.language.errors import DirectoryError, InputError
@@ -19,6 +20,7 @@ from clearsweep.simulation.figures.sums import Mean
 from clearsweep.simulation.setup import scene
 
 ROOT = Path(__file__).parent.parent
+columns_markdown = runpy.run_path(str(ROOT / "docs/tools/columns.py"))["columns_markdown"]
 TEXT = "mean square of the normal force over the window's time"
 FURTHER = Figure(
     "force_mean_square",
