@@ -156,9 +156,8 @@ class Law(NamedTuple):
 
 def __getattr__(name: str) -> NoReturn:
     """Raise AttributeError for a kind of laws that does not exist."""
-    raise AttributeError(
-        f"module '{__name__}' has no kind '{name}'{did_you_mean(name, KINDS)}; kinds: {', '.join(KINDS)}"
-    )
+    message = f"module '{__name__}' has no kind '{name}'{did_you_mean(name, KINDS)}; kinds: {', '.join(KINDS)}"
+    raise AttributeError(message)
 
 
 _RECORDS: contextvars.ContextVar[list[Law] | None] = contextvars.ContextVar("_RECORDS", default=None)
@@ -242,9 +241,8 @@ def _reported_at(law: Law) -> Iterator[None]:
 def _check_names(law: Law, keys: Mapping[str, Any]) -> None:
     kind = KINDS[law.kind]
     if not (isinstance(law.name, str) and NAME_PATTERN.fullmatch(law.name)):
-        raise InputError(
-            "its name is not valid; expected a letter, then letters, digits, - or _, at most 40 characters"
-        )
+        message = "its name is not valid; expected a letter, then letters, digits, - or _, at most 40 characters"
+        raise InputError(message)
     for name in keys:
         if name in kind.taken or name.startswith("_") or keyword.iskeyword(name) or not name.isascii():
             taken = f"; its section of a grid has the keys {', '.join(kind.taken)} already" if kind.taken else ""
@@ -323,9 +321,8 @@ def _kink(kink: float | str, variables: tuple[str, ...], keys: tuple[str, ...]) 
         return Kink(variables[0], "", float(kink))
     match = _KINK.fullmatch(kink.strip()) if isinstance(kink, str) else None
     if match is None:
-        raise InputError(
-            f"found the kink {quoted(kink)}; expected a number, or the name of a key such as 'v0' or '-v0'"
-        )
+        message = f"found the kink {quoted(kink)}; expected a number, or the name of a key such as 'v0' or '-v0'"
+        raise InputError(message)
     variable, sign, value = match[1] or variables[0], -1.0 if match[2] == "-" else 1.0, match[3]
     if variable not in variables:
         raise InputError(f"found a kink over '{variable}'; a law of this kind has kinks over {' or '.join(variables)}")

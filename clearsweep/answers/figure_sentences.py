@@ -228,10 +228,10 @@ def added_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     if counts and counts["added"] and (totals := answer.get("all_cases")):
         values = {"added": counts["added"], "count": sum(totals.values()), **totals}
         values["open"] = f", {totals['undecided']} are undecided" if totals["undecided"] else ""
-        yield Sentence(
-            "The search added {added} cases; of all {count}, {exceeded} exceed a limit{open} and {met} meet them.",
-            values,
+        template = (
+            "The search added {added} cases; of all {count}, {exceeded} exceed a limit{open} and {met} meet them."
         )
+        yield Sentence(template, values)
 
 
 def found_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:

@@ -112,9 +112,8 @@ class Trajectory:
         if name.removeprefix(HISTORY) in self.history:
             return self.history[name.removeprefix(HISTORY)]
         if name not in self.channels:
-            raise KeyError(
-                f"no channel {name!r}; there are {', '.join(self.channels) or 'none (no history was asked for)'}"
-            )
+            message = f"no channel {name!r}; there are {', '.join(self.channels) or 'none (no history was asked for)'}"
+            raise KeyError(message)
         return self.channels[name]
 
 
@@ -146,10 +145,8 @@ def _joint_drawings(channels: Mapping[str, np.ndarray], joint: str) -> list[str]
     eccentricity_text = wording.quantity_text(float(np.hypot(x, y).max()), "m")
     force_text = wording.quantity_text(float(force.max()), "N")
     force_title = f"{joint_name}: normal force over time, up to {force_text}"
-    return [
-        _curve_svg(x, y, f"{joint_name}: orbit, up to {eccentricity_text}", equal=True),
-        _curve_svg(channels["t"], force, force_title, width=2 * SIZE),
-    ]
+    orbit_title = f"{joint_name}: orbit, up to {eccentricity_text}"
+    return [_curve_svg(x, y, orbit_title, equal=True), _curve_svg(channels["t"], force, force_title, width=2 * SIZE)]
 
 
 def _curve_svg(x: np.ndarray, y: np.ndarray, caption: str, *, width: int = SIZE, equal: bool = False) -> str:

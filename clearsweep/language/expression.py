@@ -106,9 +106,8 @@ def _parse(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
     except SyntaxError as error:
         position = f" at character {error.offset}" if error.offset else ""
         hint = _hint_text(text, vocabulary)
-        raise InputError(
-            f"found {quoted(text)}, which cannot be read{position}; {hint}{_expected_text(vocabulary)}"
-        ) from None
+        message = f"found {quoted(text)}, which cannot be read{position}; {hint}{_expected_text(vocabulary)}"
+        raise InputError(message) from None
     except (ValueError, RecursionError, MemoryError):
         raise InputError(f"found {quoted(text)}, which cannot be read; {_expected_text(vocabulary)}") from None
 

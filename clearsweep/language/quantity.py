@@ -287,9 +287,8 @@ def _parse_quantity(text: str, unit: str) -> Fraction:
         if dimension != expected_dimension:
             meant = _meant_unit(unit_name, expected_dimension)
             hint = f"; did you mean '{digits} {meant}'?" if meant else ""
-            raise InputError(
-                f"found {quoted(text)}, whose unit {unit_name} has another dimension{hint}; {expected_text(unit)}"
-            )
+            message = f"found {quoted(text)}, whose unit {unit_name} has another dimension{hint}; {expected_text(unit)}"
+            raise InputError(message)
     approximate = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
     if approximate - approximate != 0.0:
         raise InputError(_not_finite_message(text, unit))

@@ -120,9 +120,8 @@ class Identify(SearchOver):
     def begin(self, grid: Any, simulator: Any) -> Identification:
         """Return the search at work; raise InputError without scikit-learn."""
         if util.find_spec("sklearn") is None:
-            raise InputError(
-                "identify: needs scikit-learn, which is not installed; run `pip install 'clearsweep[identify]'`"
-            )
+            message = "identify: needs scikit-learn, which is not installed; run `pip install 'clearsweep[identify]'`"
+            raise InputError(message)
         return Identification(self)
 
     @classmethod

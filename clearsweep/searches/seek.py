@@ -25,6 +25,11 @@ MAX_HALVINGS = 40  # of a range: then its width is near the rounding of floats
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
 _PATH_NOUN = "dotted path"
 _AMONG_EXAMPLE, _GROUPS_EXAMPLE = "{fits: [H7/g6, H7/f7]}", "{groups: [CN, C3]}"
+_SCOPE_TEXT = "`each`: one answer for each case of the other axes (default); `all`: one answer, for the worst case"
+_AMONG_TEXT = (
+    f"{_AMONG_EXAMPLE} replaces `between` and `within`: each fit is tested at its largest clearance; "
+    f"{_GROUPS_EXAMPLE} of rolling bearings"
+)
 SEEK_SECTION = sections.KeySection(
     SEEK,
     "search for the largest or smallest value of one key for which cases meet `limits`",
@@ -32,7 +37,7 @@ SEEK_SECTION = sections.KeySection(
     (
         sections.NamesKey(
             "largest",
-            ("path whose largest value is searched for, or several paths with one common value"),
+            "path whose largest value is searched for, or several paths with one common value",
             noun=_PATH_NOUN,
         ),
         sections.NamesKey(
@@ -48,24 +53,14 @@ SEEK_SECTION = sections.KeySection(
             "required accuracy of the answer, at most a quarter of the range",
             missing="; write the accuracy of the answer, such as 1 um",
         ),
-        sections.Key(
-            "among",
-            f"{_AMONG_EXAMPLE} replaces `between` and `within`: each fit is tested at its largest clearance; "
-            f"{_GROUPS_EXAMPLE} of rolling bearings",
-            {"anyOf": sections.AXES_OF_NAMES},
-        ),
+        sections.Key("among", _AMONG_TEXT, {"anyOf": sections.AXES_OF_NAMES}),
         sections.WordKey(
             "meeting",
             "condition that the cases must meet; `limits` is the only choice",
             words=("limits",),
             default="limits",
         ),
-        sections.WordKey(
-            "for",
-            "`each`: one answer for each case of the other axes (default); `all`: one answer, for the worst case",
-            words=SEEK_SCOPES,
-            default=SEEK_SCOPES[0],
-        ),
+        sections.WordKey("for", _SCOPE_TEXT, words=SEEK_SCOPES, default=SEEK_SCOPES[0]),
     ),
     {
         "anyOf": [{"required": ["between", "within"]}, {"required": ["among"]}],
@@ -361,11 +356,8 @@ def _read_seek(reader: sections.Reader, root: WrittenValue) -> Seek | None:
     for other_path in paths[1:]:
         if unit_of_path(reader, other_path) != unit_of_path(reader, path):
             units_text = f"in {unit_of_path(reader, other_path)}, {path} in {unit_of_path(reader, path)}"
-            reader.problems.add(
-                entries[direction],
-                f"{SEEK}.{direction}",
-                (f"{other_path} is {units_text}; paths that vary together need the same unit"),
-            )
+            message = f"{other_path} is {units_text}; paths that vary together need the same unit"
+            reader.problems.add(entries[direction], f"{SEEK}.{direction}", message)
     if low >= high and not fits:
         reader.problems.add(entries["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
     if not reader.limits:

@@ -32,28 +32,18 @@ from .library_names import BEARING, HOUSING_MATERIAL, MATERIAL, OIL, UNCHECKED
 UNCHECKED_KEY = Flag("consent to values of a library that were compared with no published text")
 JOURNAL_LAW = "compatible"  # name of the elastic law of a journal in a bearing
 
+_YIELD_STRENGTH_TEXT = "yield strength of {}, used only for `J_yield_speed`; default: the hardness divided by 2.8"
 _MATERIAL_FIELDS = (
     Field("young", "Pa", "Young's modulus of {}"),
     ranged("poisson", "1", "Poisson's ratio of {}", "(-1, 0.5]"),
-    Field(
-        "yield_strength",
-        "Pa",
-        "yield strength of {}, used only for `J_yield_speed`; default: the hardness divided by 2.8",
-        optional=True,
-    ),
+    Field("yield_strength", "Pa", _YIELD_STRENGTH_TEXT, optional=True),
 )
 
-ONSET_KEY = Word(
-    ("first", "renewed"),
-    (
-        "period for which the damping uses the onset rate of a contact; first: until the surfaces separate; "
-        "renewed: until a lasting contact begins"
-    ),
-    "renewed",
-    sweep=True,
-    role=MODEL,
-    may_be_unused=True,
+_ONSET_TEXT = (
+    "period for which the damping uses the onset rate of a contact; first: until the surfaces separate; "
+    "renewed: until a lasting contact begins"
 )
+ONSET_KEY = Word(("first", "renewed"), _ONSET_TEXT, "renewed", sweep=True, role=MODEL, may_be_unused=True)
 
 
 def add_numbers(keys: KeyTable, path: str, fields: tuple[Field, ...], role: str, *, sweep: bool = True) -> None:
@@ -243,20 +233,11 @@ HEAT_BALANCE_FIELDS = (
     Field("conductance", "W/K", "heat flow per temperature difference to the surroundings"),
     Field("ambient", "K", "temperature of the surroundings", role=CONDITION),
 )
-HOUSING_FIELDS = (
-    ranged(
-        "expansion", "1/K", "coefficient of thermal expansion of the housing; a named material provides it", "[0, inf)"
-    ),
-    Field("wall", "m", "thickness of the bush"),
-)
+_EXPANSION_TEXT = "coefficient of thermal expansion of the housing; a named material provides it"
+HOUSING_FIELDS = (ranged("expansion", "1/K", _EXPANSION_TEXT, "[0, inf)"), Field("wall", "m", "thickness of the bush"))
+_TRANSITION_TEXT = "eccentricity minus clearance at which the dry contact begins to carry load"
 TRANSITION_FIELDS = (
-    ranged(
-        "from",
-        "m",
-        "eccentricity minus clearance at which the dry contact begins to carry load",
-        "[0, inf)",
-        default=0.0,
-    ),
+    ranged("from", "m", _TRANSITION_TEXT, "[0, inf)", default=0.0),
     Field("width", "m", "range over which the load passes from the film to the dry contact", default=2e-6),
 )
 
@@ -264,10 +245,8 @@ TRANSITION_FIELDS = (
 def add_roughness(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's surface roughness."""
     roughness = f"{path}.roughness"
-    keys[roughness] = Section(
-        "roughness of the surfaces, in series with the elastic law. Without this section, the surfaces are smooth",
-        "optional",
-    )
+    text = "roughness of the surfaces, in series with the elastic law. Without this section, the surfaces are smooth"
+    keys[roughness] = Section(text, "optional")
     keys[f"{roughness}.law"] = Word(
         catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law", role=MODEL
     )
@@ -293,24 +272,14 @@ def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         "heat balance of the film: temperature = ambient + mean loss / conductance", "optional"
     )
     add_numbers(keys, f"{film}.thermal", HEAT_BALANCE_FIELDS, CHOICE)
+    text = "law of the torque from the shear of the film; by-law: butenschoen"
     keys[f"{film}.friction"] = Word(
-        ("by-law", *catalogue.names("film-friction")),
-        "law of the torque from the shear of the film; by-law: butenschoen",
-        "by-law",
-        sweep=True,
-        noun="law",
-        role=MODEL,
+        ("by-law", *catalogue.names("film-friction")), text, "by-law", sweep=True, noun="law", role=MODEL
     )
     keys[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
     transition = f"{film}.transition"
-    keys[f"{transition}.law"] = Word(
-        catalogue.names("transition"),
-        "law of the transition from the film to dry contact",
-        "ramp",
-        sweep=True,
-        noun="law",
-        role=MODEL,
-    )
+    text = "law of the transition from the film to dry contact"
+    keys[f"{transition}.law"] = Word(catalogue.names("transition"), text, "ramp", sweep=True, noun="law", role=MODEL)
     add_numbers(keys, transition, TRANSITION_FIELDS, MODEL)
     add_laws(keys, transition, "law", catalogue.of("transition"), role=MODEL)
 
@@ -321,11 +290,8 @@ _SPATIAL_SIZES = (
     Field("length", "m", "length of the bearing along its axis"),
     Field("journal_length", "m", "length of the journal; default: the length of the bearing", optional=True),
 )
-_AXIAL_CLEARANCE = Field(
-    "axial_clearance",
-    "m",
-    ("clearance between the ends of bearing and journal on each side, with the journal in the middle"),
-)
+_AXIAL_CLEARANCE_TEXT = "clearance between the ends of bearing and journal on each side, with the journal in the middle"
+_AXIAL_CLEARANCE = Field("axial_clearance", "m", _AXIAL_CLEARANCE_TEXT)
 _MISALIGNMENTS = (
     ("tilt", "rotation vector of the bearing about x and y of its body", "rad", 2),
     ("offset", "offset of the bearing's middle along the axes of its body", "m", 3),
@@ -401,30 +367,19 @@ REFUSED_SECTIONS = {
 }
 _BALLS = frozenset(KINDS[:1])
 _ROLLERS = frozenset(KINDS[1:])
+_OUTSIDE_DIAMETER_TEXT = "outside diameter of the outer ring, on which the clearance of a mounted bearing depends"
+_BORE_TEXT = "diameter of the hole of the inner ring; the friction of the bearing acts at half of it"
+_ROLLING_CLEARANCE_TEXT = (
+    "radial internal clearance as catalogues give it: how far the rings can move from one extreme to the other; "
+    "negative: a preload; or a group of ISO 5753-1 as {group: C3}, mounted as {group: C3, fit: k5/H7, "
+    "inner_warmer: 5 K}"
+)
 _SIZES = (
-    ranged(
-        "clearance",
-        "m",
-        "radial internal clearance as catalogues give it: how far the rings can move from one extreme to the other; "
-        "negative: a preload; or a group of ISO 5753-1 as {group: C3}, mounted as {group: C3, fit: k5/H7, "
-        "inner_warmer: 5 K}",
-        "(-inf, inf)",
-        fit="group",
-    ),
+    ranged("clearance", "m", _ROLLING_CLEARANCE_TEXT, "(-inf, inf)", fit="group"),
     Field("element_diameter", "m", "diameter of an element"),
     Field("pitch_diameter", "m", "diameter of the circle on which the centres of the elements lie"),
-    Field(
-        "bore",
-        "m",
-        "diameter of the hole of the inner ring; the friction of the bearing acts at half of it",
-        optional=True,
-    ),
-    Field(
-        "outside_diameter",
-        "m",
-        "outside diameter of the outer ring, on which the clearance of a mounted bearing depends",
-        optional=True,
-    ),
+    Field("bore", "m", _BORE_TEXT, optional=True),
+    Field("outside_diameter", "m", _OUTSIDE_DIAMETER_TEXT, optional=True),
 )
 _ELEMENTS = ranged("elements", "1", "number of elements", "[3, 60]", integer=True)
 _GROOVES = tuple(

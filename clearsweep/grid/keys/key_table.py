@@ -60,12 +60,8 @@ _RUNNING_IN_FIELDS = (
 _RUNNING_IN_DISTANCE = Field(
     "distance", "m", "sliding distance over which the difference from the steady coefficient falls by a factor e"
 )
-_HARDNESS = Field(
-    "hardness",
-    "Pa",
-    "hardness of the softer body; it checks a coefficient, or converts a bare number into a coefficient",
-    optional=True,
-)
+_HARDNESS_TEXT = "hardness of the softer body; it checks a coefficient, or converts a bare number into a coefficient"
+_HARDNESS = Field("hardness", "Pa", _HARDNESS_TEXT, optional=True)
 _PRESSURE_VELOCITY_LIMIT = Field(
     "pv_limit",
     "W/m^2",
@@ -77,10 +73,8 @@ _LENGTH_BINS = _BINS._replace(name="length_bins", text="number of bins along eac
 _PIN_LENGTH = Field(
     "length", "m", "length of the joint along the pin; wear and the laws of cylinders need it", optional=True
 )
-_GAP_FIELDS = (
-    Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
-    _PIN_LENGTH,
-)
+_BEARING_RADIUS_TEXT = "radius of the bearing; the laws of cylinders need it"
+_GAP_FIELDS = (Field("bearing_radius", "m", _BEARING_RADIUS_TEXT, optional=True), _PIN_LENGTH)
 _GUIDE_HEIGHT = Field("height", "m", "height of the block across the guide")
 _GUIDE_FIELDS = (
     Field("clearance", "m", "clearance between the block and each wall, with the block in the middle"),
@@ -99,34 +93,19 @@ _TIME_LIMIT = ranged(
     "time_limit", "s", "simulated time after which a case with a free crank ends", "(0, 1e9]", default=60.0
 )
 _TOLERANCE = ranged("tolerance", "1", "relative local tolerance", "[1e-13, 0.01]", default=1e-8)
-_STEP_BUDGET = ranged(
-    "step_budget",
-    "1",
-    "largest number of steps per revolution of the case, rejected steps included",
-    "[1, 1e12]",
-    integer=True,
-)
+_STEP_BUDGET_TEXT = "largest number of steps per revolution of the case, rejected steps included"
+_STEP_BUDGET = ranged("step_budget", "1", _STEP_BUDGET_TEXT, "[1, 1e12]", integer=True)
 _BUDGET_FIELDS = (
     _STEP_BUDGET._replace(default=1_000_000),
     _STEP_BUDGET._replace(
         name="event_budget", text="largest number of contact events per revolution of the case", default=100_000
     ),
 )
+_DISCARD_TEXT = "number of revolutions before statistics and wear begin; default: 2, or 0 if `revolutions` is at most 2"
+_REVOLUTIONS_TEXT = "number of crank revolutions, `discard` included; with `until`: the smallest number"
 _SIMULATE_FIELDS = (
-    ranged(
-        "revolutions",
-        "1",
-        "number of crank revolutions, `discard` included; with `until`: the smallest number",
-        "(0, 1e9]",
-        default=10.0,
-    ),
-    ranged(
-        "discard",
-        "1",
-        "number of revolutions before statistics and wear begin; default: 2, or 0 if `revolutions` is at most 2",
-        "[0, inf)",
-        optional=True,
-    ),
+    ranged("revolutions", "1", _REVOLUTIONS_TEXT, "(0, 1e9]", default=10.0),
+    ranged("discard", "1", _DISCARD_TEXT, "[0, inf)", optional=True),
     _TOLERANCE,
 )
 _CYCLE_FIELDS = (
@@ -153,14 +132,9 @@ _EVERY_LENGTH = (
         text="in place of revolutions: length of the run; `discard` is then a time (s), 0 by default", optional=True
     ),
 )
+_INTERVAL_TEXT = "largest half-width of the figure's 95 % interval, relative to the figure"
 _UNTIL_FIELDS = (
-    ranged(
-        "relative_ci",
-        "1",
-        "largest half-width of the figure's 95 % interval, relative to the figure",
-        "(0, 1)",
-        default=0.05,
-    ),
+    ranged("relative_ci", "1", _INTERVAL_TEXT, "(0, 1)", default=0.05),
     ranged("max_revolutions", "1", "largest number of revolutions", "(0, 1e6]", default=500.0),
 )
 _NO_INTERVAL_TEXT = "the intervals of maxima, minima and totals do not narrow as a run continues"
@@ -169,11 +143,8 @@ _ERROR_CHECK = Flag("repeat each case with a tenth of the tolerance, and store t
 _IMPACT_COUNT = _STEP_BUDGET._replace(
     name="impacts", text="number of impacts after which the run ends", high=1e9, default=10
 )
-_METHOD = Word(
-    ("auto", "explicit", "implicit"),
-    "integration method: explicit collocation, implicit Radau IIA, or an automatic choice of the two",
-    "auto",
-)
+_METHOD_TEXT = "integration method: explicit collocation, implicit Radau IIA, or an automatic choice of the two"
+_METHOD = Word(("auto", "explicit", "implicit"), _METHOD_TEXT, "auto")
 
 
 def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[str] = ()) -> KeyTable:
@@ -182,10 +153,8 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
     figures : names of the columns of figures of one's own
     """
     mechanism_names = tuple(mechanism.name for mechanism in catalogue.mechanisms)
-    keys: KeyTable = {
-        "mechanism": Section("type, bodies and dimensions of the mechanism"),
-        "mechanism.type": Word(mechanism_names, "type of the mechanism"),
-    }
+    text = "type, bodies and dimensions of the mechanism"
+    keys: KeyTable = {"mechanism": Section(text), "mechanism.type": Word(mechanism_names, "type of the mechanism")}
     for section in mechanism.keys:
         _add_section_keys(keys, section, catalogue)
     line_sites = [site for site in mechanism.joints if site.kind == "line"]
@@ -206,11 +175,8 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
         _add_impact_keys(keys)
     if mechanism.spatial:
         start_key = word_key(keys, "simulate.start")
-        keys["simulate.start"] = start_key._replace(
-            options=("centred",),
-            text="initial position of the journals: in the middle of their bearings",
-            other_forms=(),
-        )
+        text = "initial position of the journals: in the middle of their bearings"
+        keys["simulate.start"] = start_key._replace(options=("centred",), text=text, other_forms=())
     else:
         add_life_keys(keys)
     if mechanism.free:
@@ -341,11 +307,8 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         "`coefficient`; of unlike materials only the softer body wears, the bearing where they are not named",
     )
     keys[f"{wear_path}.{UNCHECKED}"] = joint_keys.UNCHECKED_KEY
-    keys[f"{wear_path}.coefficient_unit"] = Word(
-        ("m^2/N", DIMENSIONLESS),
-        "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`",
-        "m^2/N",
-    )
+    text = "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`"
+    keys[f"{wear_path}.coefficient_unit"] = Word(("m^2/N", DIMENSIONLESS), text, "m^2/N")
     keys[f"{wear_path}.evolve"] = Flag("whether the worn shape acts on the contact")
     keys[f"{wear_path}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
     _add_coefficients(keys, wear_path, _WEAR_FIELDS)
@@ -397,11 +360,8 @@ def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
     joint_keys.add_friction(keys, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _SLOT_PRESSURE_LAW)
     _add_wear(keys, path, catalogue._replace(laws=laws))
-    keys[f"{path}.wear.pressure"] = Word(
-        (_SLOT_PRESSURE_LAW,),
-        "distribution of the pressure between the pin and a flat wall or a round end",
-        _SLOT_PRESSURE_LAW,
-    )
+    text = "distribution of the pressure between the pin and a flat wall or a round end"
+    keys[f"{path}.wear.pressure"] = Word((_SLOT_PRESSURE_LAW,), text, _SLOT_PRESSURE_LAW)
 
 
 _BACKLASH = Field("backlash", "m", "play between the teeth on the pitch circle, from flank to flank")
@@ -412,13 +372,8 @@ _MESH_STIFFNESS = Columns(
     (Field("factor", "1", "stiffness over contact.stiffness, which is its mean where the mean of the factors is 1"),),
 )
 _PLAY = Field("play", "rad", "angle by which the second body can turn if the first does not")
-_DRAG = ranged(
-    "drag",
-    "N*m*s/rad",
-    "viscous torque per rate of the second body relative to the first, which also acts without contact",
-    "[0, inf)",
-    default=0.0,
-)
+_DRAG_TEXT = "viscous torque per rate of the second body relative to the first, which also acts without contact"
+_DRAG = ranged("drag", "N*m*s/rad", _DRAG_TEXT, "[0, inf)", default=0.0)
 
 
 def _add_gear(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:

@@ -135,12 +135,11 @@ def _check_bodies(reader: Reader) -> None:
     for joint in outline.joints if outline.spatial else ():
         if joint.type in ("slot", "gear", "coupling") or joint.stops:
             path = f"mechanism.joints.{joint.name}"
-            reader.report(
-                f"{path}.type",
+            message = (
                 f"a mechanism in space cannot have {'stops' if joint.stops else f'a {joint.type}'}; write a planar "
-                "mechanism",
-                at=path,
+                "mechanism"
             )
+            reader.report(f"{path}.type", message, at=path)
     stopped = {column_name(site.name): site.stopped for site in reader.mechanism.joints if site.stopped}
     for joint in outline.joints:
         bodies = _bodies_of_joint(reader, joint)
@@ -503,9 +502,8 @@ def _check_slenderness(reader: Reader, joint: str, law: Law, ratios: list[float]
         is_default = not reader.is_given(f"{joint}.film.law")
         law_text = f"film '{law.name}'{', the law where none is written,' if is_default else ''}"
         range_text = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
-        reader.report(
-            f"{joint}.length", f"found {ratio:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}"
-        )
+        message = f"found {ratio:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}"
+        reader.report(f"{joint}.length", message)
 
 
 def _check_temperature(reader: Reader, film: str) -> None:

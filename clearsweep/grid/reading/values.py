@@ -326,12 +326,11 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
     texts = [f"{path} {next(filter(is_bare, leaf_values(written)))}" for path, written in bare]
     more = f" and {len(bare) - _MAX_BARE_NAMED} more" if len(bare) > _MAX_BARE_NAMED else ""
     path, written = min(bare, key=lambda item: (item[1].line, item[1].column))
-    reader.problems.add(
-        written,
-        path,
+    message = (
         "has no unit, but other lengths, masses or speeds of this grid have one; a number without a unit is in SI "
-        f"(m, kg, rad/s). Write a unit with {', '.join(texts[:_MAX_BARE_NAMED])}{more}",
+        f"(m, kg, rad/s). Write a unit with {', '.join(texts[:_MAX_BARE_NAMED])}{more}"
     )
+    reader.problems.add(written, path, message)
 
 
 def _contains_bare_number(written: WrittenValue | None) -> bool:

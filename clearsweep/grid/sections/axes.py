@@ -306,11 +306,8 @@ def read_axis(
         f", {{label: a, other label: b}}, or {{linspace: {SPACING_FORMS['linspace']}}}, or geomspace or logspace in "
         "its place"
     )
-    problems.add(
-        written,
-        key_path,
-        f"found {quoted(written.value)}; expected a list such as [a, b]{spacing_text if reading.unit else ''}",
-    )
+    message = f"found {quoted(written.value)}; expected a list such as [a, b]{spacing_text if reading.unit else ''}"
+    problems.add(written, key_path, message)
     return None
 
 
@@ -325,24 +322,22 @@ def _distinct_values(
 ) -> list[Any] | None:
     """Return the values of a list, which must all differ."""
     if written.line and len(written.value) > _MAX_LISTED_VALUES:
-        problems.add(
-            written,
-            key_path,
+        message = (
             f"found a list of {len(written.value)} values; at most {_MAX_LISTED_VALUES} can be written out: "
-            "use {linspace: [first, last, count]} or {geomspace: [first, last, count]}",
+            "use {linspace: [first, last, count]} or {geomspace: [first, last, count]}"
         )
+        problems.add(written, key_path, message)
         return None
     first_items: dict[Any, WrittenValue] = {}
     for item in written.value:
         value = reading.value(item)
         if value is not None and value in first_items:
             line_text = f" (line {first_items[value].line})" if first_items[value].line else ""
-            problems.add(
-                item,
-                key_path,
+            message = (
                 f"duplicate value {quoted(item.value)}, the same as {quoted(first_items[value].value)}{line_text}; "
-                "each value may occur only once",
+                "each value may occur only once"
             )
+            problems.add(item, key_path, message)
         elif value is not None:
             first_items[value] = item
     return list(first_items) if len(first_items) == len(written.value) else None
@@ -476,9 +471,8 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
         problems.add(content["n"], "sample.n", message)
     earlier_values = content.get("drawn", WrittenValue({})).value
     if not isinstance(earlier_values, dict):
-        problems.add(
-            content["drawn"], "sample.drawn", f"found {quoted(earlier_values)}; expected the values of each variable"
-        )
+        message = f"found {quoted(earlier_values)}; expected the values of each variable"
+        problems.add(content["drawn"], "sample.drawn", message)
     if len(problems) > problems_before or method is None or n is None or seed is None:
         return None
     return Sample(method, n, seed, _design_points(method, n, seed, variables), earlier_values)

@@ -246,10 +246,8 @@ class _FitReader:
         if not isinstance(name, str) or name not in FROM_FIT:
             suggestion = did_you_mean(name, FROM_FIT) if isinstance(name, str) else ""
             known_names = ", ".join(FROM_FIT)
-            raise _WrongFitError(
-                written,
-                f"unknown distribution {quoted(name)} of a {self.naming.word}{suggestion} (known: {known_names})",
-            )
+            message = f"unknown distribution {quoted(name)} of a {self.naming.word}{suggestion} (known: {known_names})"
+            raise _WrongFitError(written, message)
         return _lengths_like(FROM_FIT[name](self.fit(written, self.radii)), written)
 
     def _expected_text(self, content: Mapping[str, WrittenValue], expected: str) -> str:
@@ -264,9 +262,8 @@ class _FitReader:
         if len(radii) != 1:
             raise _WrongFitError(name, self._size_text(name))
         if not isinstance(name.value, str):
-            raise _WrongFitError(
-                name, f"found {quoted(name.value)}; expected {self.naming.noun}, such as {self.naming.example}"
-            )
+            message = f"found {quoted(name.value)}; expected {self.naming.noun}, such as {self.naming.example}"
+            raise _WrongFitError(name, message)
         try:
             found_fit = self._found(name.value, written.value, Fraction(repr(radii[0])) * 1000)
         except InputError as error:

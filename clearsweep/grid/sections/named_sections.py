@@ -60,14 +60,11 @@ LIMITS_SECTION = NameSection(
         ]
     },
 )
-ROLES_SECTION = NameSection(
-    "roles",
+_ROLES_TEXT = (
     "varied path -> its part in the answer, in place of the usual one. Choice: the designer decides; condition: must "
-    "hold at every value; uncertainty and model: the worst value counts; numerics: the finest value counts",
-    "role",
-    "loads.spring.stiffness: choice",
-    {"enum": list(ROLES)},
+    "hold at every value; uncertainty and model: the worst value counts; numerics: the finest value counts"
 )
+ROLES_SECTION = NameSection("roles", _ROLES_TEXT, "role", "loads.spring.stiffness: choice", {"enum": list(ROLES)})
 
 
 def read_roles(reader: Reader, root: WrittenValue) -> None:
@@ -160,11 +157,8 @@ def _read_bounds(reader: Reader, column: str, written: WrittenValue, units: dict
     if _TIMES_KEY in entries:
         other_column = entries[_TIMES_KEY].value
         if not isinstance(other_column, str) or other_column not in units:
-            reader.problems.add(
-                entries[_TIMES_KEY],
-                f"{path}.{_TIMES_KEY}",
-                f"{quoted(other_column)} {_unknown_column_text(str(other_column), units)}",
-            )
+            message = f"{quoted(other_column)} {_unknown_column_text(str(other_column), units)}"
+            reader.problems.add(entries[_TIMES_KEY], f"{path}.{_TIMES_KEY}", message)
             return
         unit = unit_of_quotient(unit, units[other_column])
         bounds[_TIMES_KEY] = other_column
@@ -335,11 +329,8 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
         ]
         written = WrittenValue({"loguniform": WrittenValue(bounds, written.origin)}, written.origin)
     if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
-        reader.problems.add(
-            written,
-            key_path,
-            f"found {quoted(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}",
-        )
+        message = f"found {quoted(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}"
+        reader.problems.add(written, key_path, message)
         return None
     wear = path.rpartition(".")[0]
     key = reader.keys_in_use[f"{wear}.{BODY_COEFFICIENTS[0]}"]

@@ -101,11 +101,8 @@ def _record_axis(
         paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
         is_named = isinstance(all_keys.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
         remedy = "; to vary a material, write its name in the grid, such as `bearing: CuSn8`" if is_named else ""
-        reader.problems.add(
-            position,
-            key_path,
-            (f"is a section, not a value; write a key in it, such as {', '.join(paths_inside[:3])}{remedy}"),
-        )
+        message = f"is a section, not a value; write a key in it, such as {', '.join(paths_inside[:3])}{remedy}"
+        reader.problems.add(position, key_path, message)
     elif key is not None:
         message = f"cannot be swept; write it outside `{section_name}`, and a grid for each of its values"
         reader.problems.add(position, key_path, message)
@@ -370,9 +367,8 @@ def check_dependents(reader: Reader) -> None:
         dependence_text = f"depends on {DEFINE_PREFIX}{name}, which varies"
         fields = key.fields(reader.names) if isinstance(key, Number) else ()
         if not isinstance(key, Number) or not key.sweep or path.endswith(".exponent"):
-            reader.report(
-                path, f"{dependence_text}, but this value must be the same in all cases; write it without that name"
-            )
+            message = f"{dependence_text}, but this value must be the same in all cases; write it without that name"
+            reader.report(path, message)
             continue
         if any(field.integer for field in fields):
             message = f"{dependence_text}, but a whole number must be the same in all cases; write it without that name"

@@ -68,9 +68,8 @@ def _with_decimal_points(rows: list[TableRow]) -> list[TableRow]:
             "one of the two"
         )
     if all(len(match[2]) == 3 and match[1].lstrip("0") for *_, match in commas):
-        raise ValueError(
-            f"row {commas[0][0]}: {commas[0][1].strip()!r} may be a fraction or thousands; write a decimal point"
-        )
+        message = f"row {commas[0][0]}: {commas[0][1].strip()!r} may be a fraction or thousands; write a decimal point"
+        raise ValueError(message)
     return [
         (line, [cell.replace(",", ".", 1) if _DECIMAL_COMMA.match(cell) else cell for cell in cells])
         for line, cells in rows
@@ -430,9 +429,8 @@ def from_node(
             key = str(key_node.value) if not isinstance(key_node.value, list) else "?"
             nested = f"{path}.{key}" if path else key
             if key in values:
-                problems.add(
-                    key_location, nested, f"duplicate key; it is also on line {keys[key].line}: keep one of them"
-                )
+                message = f"duplicate key; it is also on line {keys[key].line}: keep one of them"
+                problems.add(key_location, nested, message)
                 continue
             value = from_node(value_node, location[0], nested, problems, nodes_read)
             if key == MERGE_KEY:
@@ -473,12 +471,11 @@ def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str
         return Path(file).stem if file else "case"
     if isinstance(written.value, str) and _NAME_PATTERN.fullmatch(written.value):
         return written.value
-    problems.add(
-        written,
-        "name",
+    message = (
         f"found {quoted(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
-        "because results go to results/<name>",
+        "because results go to results/<name>"
     )
+    problems.add(written, "name", message)
     return "case"
 
 

@@ -380,9 +380,8 @@ def _quantity_of_definition(value: Any) -> tuple[Fraction, str]:
         number, dimension = quantity.value_and_dimension(value)
         return Fraction(repr(number)), quantity.unit_of(dimension)
     if isinstance(value, bool | dict | list) or value is None:
-        raise InputError(
-            f"found {quoted(value)}; expected a quantity, such as 50 um, or an expression, such as = d / 2"
-        )
+        message = f"found {quoted(value)}; expected a quantity, such as 50 um, or an expression, such as = d / 2"
+        raise InputError(message)
     return Fraction(repr(quantity.read(value, "1"))), "1"
 
 

@@ -468,9 +468,8 @@ def read_signals(
         columns[name] = np.array(_signal_values(str(path), rows, column_index, unit if si_unit else "", si_unit or "1"))
     if allow_others and (missing := [name for name in units if name not in columns]):
         headers_text = ", ".join(header.strip() for header in headers)
-        raise InputError(
-            f"{path}:1: has no column '{missing[0]}'{did_you_mean(missing[0], headers)} (found: {headers_text})"
-        )
+        message = f"{path}:1: has no column '{missing[0]}'{did_you_mean(missing[0], headers)} (found: {headers_text})"
+        raise InputError(message)
     abscissae = [name for name in ABSCISSA_UNITS if name in columns]
     if len(abscissae) != 1 or len(columns) < 2:
         raise InputError(f"{path}:1: found {', '.join(columns)}; expected crank_angle [deg] or time [s], and a signal")
