@@ -101,16 +101,8 @@ class Life(phases.Phase):
 PAUSE_LEAD = 0.025
 
 
-_NOT_OF_MOTION = (
-    "control",
-    "counts",
-    "log",
-    "slopes",
-    "step",
-    "contact_steps",
-    "profiles",
-    "recording",
-)  # of a run, not of its motion
+#: Of a run, not of its motion
+_NOT_OF_MOTION = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles", "recording"
 Snapshot = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
@@ -203,22 +195,24 @@ def pause_at(turns: float, discard: float, value_after: Callable[[float], float]
 
 def snapshot_of(work: Work) -> Snapshot:
     """Return copies of all arrays of `work` (integration.Work) that determine the further motion."""
-    return {name: array.copy() for name, array in _arrays(work).items() if name not in _NOT_OF_MOTION}
+    return {name: array.copy() for name, array in arrays_of_motion(work).items()}
 
 
 def restore(snapshot: Snapshot, work: Work) -> None:
     """Restore `work` from the result of `snapshot_of`, of this or another run of the same scene."""
-    arrays = _arrays(work)
+    arrays = arrays_of_motion(work)
     for name, array in snapshot.items():
         arrays[name][...] = array
 
 
-def _arrays(work: Work) -> dict[str, np.ndarray]:
-    """Return the arrays of `work` (integration.Work) by name, those of the implicit method among them."""
+def arrays_of_motion(work: Work) -> Snapshot:
+    """Return what `snapshot_of` copies: the arrays by name, those of the implicit method among them."""
     implicit: Any = work.implicit  # mypy takes it for a tuple of anything
     fields: dict[str, Any] = work._asdict() | implicit._asdict()
     numbers = {name: value.numbers if isinstance(value, Fields) else value for name, value in fields.items()}
-    return {name: value for name, value in numbers.items() if isinstance(value, np.ndarray)}
+    return {
+        name: value for name, value in numbers.items() if isinstance(value, np.ndarray) and name not in _NOT_OF_MOTION
+    }
 
 
 # Lyapunov exponent from a second, perturbed run that is rescaled whenever it departs from the first.
@@ -273,6 +267,7 @@ class Perturbed:
         self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
         self.roots = slice(run.work.time + 1, run.work.time + 1 + run.work.mode.size)  # of penetrations, in the state
         self.size = max(DISTURBANCE, min(DISTURBANCE_PER_TOLERANCE * tolerance, MAX_DISTURBANCE))
+        self.arrays: list[tuple[np.ndarray, np.ndarray]] = []  # of this and of the other motion
         self.times: list[float] = []  # s
         self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
         self.status = integration.OK
@@ -282,6 +277,7 @@ class Perturbed:
         time = float(base.y[base.time])
         if not self.times:
             self.times, self.growths = [time], [0.0]
+            self.arrays = list(zip(*(arrays_of_motion(work).values() for work in (self.work, base)), strict=True))
             self._displace(base, self.scale / math.sqrt(self.scale.size), 0.0, 0.0)
         elif self.status == integration.OK and time > self.work.y[base.time]:
             control = self.control._replace(window=time, pause=time)
@@ -325,7 +321,8 @@ class Perturbed:
         follow a small displacement linearly.
         """
         work, smallest_root = self.work, step.ONSET_ROOT * self.work.sigma
-        restore(snapshot_of(base), work)
+        for own_array, array in self.arrays:
+            own_array[...] = array
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
         roots = np.sqrt(
