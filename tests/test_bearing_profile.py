@@ -13,7 +13,6 @@ from clearsweep.mechanics.joints import dry, registry
 from clearsweep.mechanics.joints.worn import nearest, worn_load
 from clearsweep.mechanics.laws.contract import PRESSED
 
-
 C = 1e-4  # m, clearance of CRANK
 SHIFT, TOWARDS = 0.3 * C, 0.8  # m, rad: of the centre of a displaced circle
 SHIFTED = {"law": "wave", "size": SHIFT, "lobes": 1, "phase": TOWARDS}
