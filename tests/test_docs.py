@@ -1,10 +1,12 @@
 """The documentation shows what is there: commands, programs, keys of grids, links, pictures, figures of merit."""
 
 import inspect
+import os
 import re
 import runpy
 import shlex
 import shutil
+import subprocess
 import sys
 import types
 from pathlib import Path
@@ -14,7 +16,7 @@ from click.testing import CliRunner
 from ruamel.yaml import YAML
 
 import clearsweep
-from clearsweep import grid
+from clearsweep import cli, grid
 from clearsweep.cli import verbs
 from clearsweep.contracts.catalogue import ANY
 from clearsweep.grid.keys.outline import key_trees
@@ -295,3 +297,152 @@ def test_every_key_of_what_adds_cases_is_under_its_heading(section):
 def test_a_quantity_appears_with_unit_range_default_and_meaning():
     assert re.search(r"\| `clearance` \| m \| above 0 \| required \| .*radial clearance, or a fit of ISO 286 as", PAGE)
     assert "| `bins` |  | whole, 8 to 1e6 | 360 | number of angular bins around each body; *fixed* |" in PAGE
+
+
+# The how-tos: each is found from the guide, and its grids print what the page shows.
+
+
+PRINTED = runpy.run_path(str(ROOT / "docs/tools/printed.py"))
+HOWTOS = PRINTED["HOWTOS"]
+
+
+def test_the_guide_leads_to_every_how_to():
+    guide = (ROOT / "docs/guide.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"\]\(howto/([\w-]+\.md)\)", guide)) == {page.name for page in HOWTOS}
+
+
+def test_every_output_follows_a_grid():
+    texts = [page.read_text(encoding="utf-8") for page in HOWTOS]
+    matches = sum(len(list(PRINTED["examples"](page))) for page in HOWTOS)
+    assert sum(text.count(PRINTED["MARK"]) for text in texts) == matches > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", [page for page in HOWTOS if list(PRINTED["examples"](page))], ids=lambda p: p.stem)
+def test_a_grid_of_a_how_to_prints_what_the_page_shows(page):
+    for example in PRINTED["examples"](page):
+        assert PRINTED["missing"](example.shown, PRINTED["printed"](example)) == []
+
+
+@pytest.mark.slow
+def test_limits_decide_the_exit_code_as_the_how_to_shows(tmp_path, monkeypatch, capsys):
+    page = ROOT / "docs/howto/ci.md"
+    (example,) = PRINTED["examples"](page)
+    YAML(typ="safe").dump(example.grid, tmp_path / "grid.yaml")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["run", "grid.yaml", "-j", "1", "--fail-on-limits"])
+    assert ended.value.code == 5
+    assert f"```text\n{capsys.readouterr().err.splitlines()[-1]}\n```" in page.read_text(encoding="utf-8")
+
+
+def test_a_line_that_is_no_longer_printed_is_replaced_by_the_one_most_like_it():
+    shown = "3 cases ran in 2 s\n  a  1.5 kN\n  b  2.0 kN\n"
+    lines = ["3 cases ran in 9 s", "  a  1.7 kN", "  b  2.0 kN", "  c  3.0 kN"]
+    assert PRINTED["missing"](shown, lines) == ["  a  1.5 kN"]
+    assert PRINTED["renewed"](shown, lines) == "3 cases ran in 2 s\n  a  1.7 kN\n  b  2.0 kN\n"
+
+
+# The gallery: its grids are those of configs/, print what the page shows, and look like its pictures.
+
+
+GALLERY = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+ENTRIES = re.findall(
+    r"!\[[^]]*\]\(gallery/(\w+)\.svg\)\n(?:.*\n)*?```text\n((?:(?!```).*\n)*)```\n(?:.*\n)*?"
+    r"<!-- output: (\w+) -->\n```text\n((?:(?!```).*\n)*)```",
+    GALLERY,
+)
+
+
+def test_every_machine_of_the_gallery_has_picture_grid_and_output():
+    assert [(picture, output) for picture, _, output, _ in ENTRIES] == [
+        (name, name) for name in ("wiper", "pump", "engine")
+    ]
+    for name in re.findall(r"`(configs/\w+\.yaml)`", GALLERY):
+        assert (ROOT / name).is_file()
+
+
+@pytest.mark.parametrize(("name", "part"), [(name, part) for name, part, _, _ in ENTRIES])
+def test_what_the_page_shows_of_a_grid_is_in_its_file(name, part):
+    whole = YAML(typ="safe").load((ROOT / f"configs/{name}.yaml").read_text(encoding="utf-8"))
+    for key, value in YAML(typ="safe").load(part).items():
+        assert whole[key] == value
+
+
+@pytest.mark.parametrize("name", [name for name, *_ in ENTRIES])
+def test_a_picture_is_what_draw_makes_of_the_grid(name, tmp_path):
+    drawn = tmp_path / f"{name}.svg"
+    result = CliRunner().invoke(verbs, ["draw", str(ROOT / f"configs/{name}.yaml"), "--out", str(drawn)])
+    assert result.exit_code == 0, result.output
+    assert drawn.read_text(encoding="utf-8") == (ROOT / f"docs/gallery/{name}.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+def test_a_grid_of_the_gallery_prints_what_the_page_shows():
+    for example in PRINTED["examples"](ROOT / "docs/gallery.md"):
+        assert PRINTED["missing"](example.shown, PRINTED["printed"](example)) == []
+
+
+# The site of the documentation builds without a warning, needs no network, and its search answers from the disk.
+
+
+LOADED = re.compile(r'<(?:script|img|iframe)\b[^>]*\bsrc="([^"]*)"|<link\b[^>]*\bhref="([^"]*)"')
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Return the directory of the site; any warning is an error."""
+    place = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(place)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return place
+
+
+@pytest.mark.slow
+def test_pages_load_nothing_from_a_network_and_all_that_they_load_exists(site):
+    pages = sorted(site.rglob("*.html"))
+    assert len(pages) > 20
+    for page in pages:
+        loaded = [a or b for a, b in LOADED.findall(page.read_text(encoding="utf-8"))]
+        assert len(loaded) >= 3, page  # the style, the index and the search
+        missing = [path for path in loaded if path.startswith(("http", "//")) or not (page.parent / path).exists()]
+        assert missing == [], page
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("page", "query", "location"),
+    [("index.html", "truncated-normal", "grid.html#"), ("reference/public.html", "load_case", "public.html#")],
+)
+def test_the_search_answers_where_a_page_is_opened_from_the_disk(site, tmp_path, page, query, location):
+    browser = shutil.which("chromium")
+    if browser is None and not os.environ.get("CI"):
+        pytest.skip("chromium is not installed")
+    assert browser, "chromium is not installed: apt-get install chromium"
+    flags = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking")
+    done = subprocess.run(
+        [
+            *(browser, *flags, f"--user-data-dir={tmp_path}", "--virtual-time-budget=4000", "--dump-dom"),
+            f"{(site / page).as_uri()}?q={query}",
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    results = re.search(r'<section id="results".*?</section>', done.stdout, re.DOTALL)[0]
+    targets = re.findall(r'<a href="([^"]*)"', results)
+    assert any(location in target for target in targets), targets
+    for target in targets:
+        file, _, anchor = target.partition("#")
+        text = ((site / page).parent / file).read_text(encoding="utf-8")
+        assert not anchor or f'id="{anchor}"' in text, target
+
+
+def test_every_public_name_has_an_entry_in_the_reference(monkeypatch):
+    pytest.importorskip("mkdocs")
+    monkeypatch.syspath_prepend(str(ROOT / "docs/tools"))
+    page = runpy.run_path(str(ROOT / "docs/tools/site.py"))["public"]()
+    names = set(clearsweep.__all__) - {"MODEL_VERSION", "__version__"}
+    assert names == set(re.findall(r"^### `(\w+)`$", page, re.MULTILINE))

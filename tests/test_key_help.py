@@ -1,5 +1,6 @@
 """`clearsweep list KEY` explains every key of the page of keys, with an example that a grid may contain."""
 
+import math
 import os
 import re
 import subprocess
@@ -14,6 +15,10 @@ from clearsweep import grid
 from clearsweep.cli import verbs
 from clearsweep.grid.pages import page_sections, section_examples, section_texts
 from clearsweep.language import quantity
+from clearsweep.language.errors import InputError
+from clearsweep.mechanics.describe import REFERENCE, law_text
+from clearsweep.mechanics.joints.registry import all_laws
+from clearsweep.simulation import advice, advice_text, load_case, recommendations
 from clearsweep.simulation.setup.scene import catalogue
 
 COMMANDS = (Path(__file__).parents[1] / "docs/commands.md").read_text(encoding="utf-8")
@@ -117,3 +122,140 @@ def test_the_lines_of_the_documentation_complete_commands(shell):
         environment |= {variable: "bash_complete", "COMP_WORDS": "clearsweep st", "COMP_CWORD": "1"}
         words = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
         assert words.split(",") == ["plain", "status\n"]
+
+
+# `clearsweep list --for GRID`: what laws say of where they hold, compared against a joint.
+
+
+GRID = """\
+mechanism:
+  type: slider-crank
+  crank:  {length: 50 mm, mass: 0.30 kg, inertia: 1e-4 kg*m^2}
+  rod:    {length: 120 mm, mass: 0.21 kg, inertia: 2.5e-4 kg*m^2}
+  slider: {mass: 0.14 kg}
+drive: {speed: 1000 rpm}
+joints:
+  rod-slider:
+    clearance: 0.1 mm
+    bearing_radius: 10 mm
+    length: 20 mm
+    contact: {law: flores, elastic: johnson, material: {young: 207 GPa, poisson: 0.3}, restitution: 0.7}
+sweep: {joints.rod-slider.clearance: [4 um, 0.1 mm]}
+"""
+
+
+@pytest.fixture
+def joint_grid(tmp_path):
+    """Return a grid of a joint in two clearances, of which pereira allows one."""
+    path = tmp_path / "grid.yaml"
+    path.write_text(GRID, encoding="utf-8")
+    return path
+
+
+def test_the_arc_is_that_of_hertz():
+    """1 kN on the reference joint: half-width 3.2611245e-4 m on a radius of 10 mm (Johnson 1985, section 4.2)."""
+    assert advice.half_contact_arc(REFERENCE, 1000.0) == pytest.approx(math.asin(3.2611245e-2), rel=1e-7)
+
+
+def verdict(joint, load, law):
+    return next(each for each in advice.elastic_assessments(joint, load) if each.law == law)
+
+
+def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():
+    close = REFERENCE._replace(clearance=5e-6)
+    assert verdict(REFERENCE, 1e3, "johnson").rating == advice.SUITABLE
+    assert verdict(close, 1e4, "johnson").rating == advice.DOUBTFUL
+    assert "half-spaces (trusted for arc up to 10 deg)" in verdict(close, 1e4, "johnson").reason
+    assert verdict(close, 1e4, "persson").rating == advice.SUITABLE
+    assert "rigid circles" in verdict(REFERENCE, 1e3, "persson").reason
+
+
+def test_a_load_beyond_the_depth_of_a_law_is_told_with_both():
+    """Johnson's law is followed up to 2 exp(-2) of 4 c exp(-1)."""
+    message = verdict(REFERENCE._replace(clearance=1e-6), 1e5, "johnson").reason
+    assert f"deep under the load, valid up to {8.0 * math.exp(-3.0):.3f}\u00a0µm" in message
+
+
+def line_of(path, law):
+    """Return what is said of a law by its name."""
+    lines = advice_text(path, law).splitlines()
+    return next(line for line in lines if line.split()[:1] == [law])
+
+
+def test_what_a_law_lacks_and_what_it_returns_is_told(joint_grid):
+    said = "not here  clearance from 5e-06 to 0.01 m: it was fitted there (1 of 2 cases)"
+    assert said in line_of(joint_grid, "pereira")
+    assert "not here  needs thickness" in line_of(joint_grid, "winkler")
+    assert "not here  needs mass" in line_of(joint_grid, "tsuji")
+    assert "doubtful  has a restitution of 0.796 instead of 0.7" in line_of(joint_grid, "lankarani-nikravesh")
+    assert "suitable" in line_of(joint_grid, "exact")
+    message = advice_text(joint_grid)
+    assert "radial clearance 4.000 um (diametral 8.000 um)" in message.replace("\u00b5", "u").replace("\u00a0", " ")
+
+
+def test_one_law_of_each_family_is_recommended_and_doubtful_ones_are_folded(joint_grid):
+    message = advice_text(joint_grid)
+    (line,) = (line for line in message.splitlines() if line.startswith("Recommended for rod-slider: "))
+    assert ": elastic law compatible (its contact arc follows" in line
+    assert "; contact law exact (a free impact has the specified" in line
+    assert line.endswith("The contact law in use, flores, is suitable.")
+    (folded,) = (line for line in message.splitlines() if line.startswith("  doubtful: hertz,"))
+    assert "lankarani-nikravesh" in folded
+    assert re.search(r"The choice among the \d+ valid elastic laws changes the force up to [\d.]+ times at", message)
+
+
+def test_a_written_stiffness_is_recommended(tmp_path):
+    path = tmp_path / "grid.yaml"
+    path.write_text(
+        GRID.replace("elastic: johnson, material: {young: 207 GPa, poisson: 0.3}", "stiffness: 1e9 N/m^1.5"),
+        encoding="utf-8",
+    )
+    message = advice_text(path)
+    assert "Recommended for rod-slider: elastic law power (its stiffness is given in the grid), in use; " in message
+    (first, *_) = recommendations(load_case(path, {"sweep": None}).case)
+    assert (first.law, first.rating) == ("power", advice.SUITABLE)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("rod_slider_force_peak", "largest normal force"),
+        ("slider_error_max", "slider"),
+        ("crank_torque_peak", "torque"),
+    ],
+)
+def test_a_column_of_the_summary_is_explained(name, words):
+    text = advice.laws_text(name)
+    assert text.startswith(f"{name}\n")
+    assert words in text
+
+
+FILM = """
+    film: {law: finite, viscosity: 0.4 Pa*s}
+    roughness: {law: fractal, dimension: 1.5, scale: 0.1 nm, hardness: 2 GPa}
+"""
+
+
+def test_films_are_chosen_by_length_and_rough_surfaces_by_depth(tmp_path):
+    path = tmp_path / "oiled.yaml"
+    path.write_text(GRID.replace("    contact:", f"{FILM.strip(chr(10))}\n    contact:"), encoding="utf-8")
+    assert "suitable" in line_of(path, "finite")  # 20 mm on 20 mm
+    assert "a longer bearing carries less (trusted for length / diameter up to 0.5)" in line_of(path, "short")
+    assert "doubtful" in line_of(path, "long")
+    assert "doubtful" in line_of(path, "pinkus-sternlicht")
+    assert "deep under the load" in line_of(path, "fractal")
+
+
+def test_one_law_is_asked_for_by_its_name(joint_grid):
+    message = CliRunner().invoke(verbs, ["list", "power", "--for", str(joint_grid)], catch_exceptions=False).stdout
+    assert "the stiffness from `material` is that of a ball in a socket" in message
+    assert "johnson" not in message
+    with pytest.raises(InputError, match="did you mean 'johnson'"):
+        advice_text(joint_grid, "jonson")
+
+
+@pytest.mark.parametrize("law", [law for law in all_laws() if law.ranges or law.trusted or law.unsound])
+def test_a_law_states_its_ranges_where_it_is_described(law):
+    message = " ".join(law_text(law.name).split())
+    assert all(limit.reason in message for limit in (*law.ranges, *law.trusted))
+    assert law.unsound in message

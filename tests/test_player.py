@@ -3,11 +3,16 @@
 import base64
 import copy
 import io
+import json
+import subprocess
 import sys
+import time
 from pathlib import Path
 
+import fake_physics
 import numpy as np
 import pytest
+from fake_physics import Fake, grid, sweep
 from PIL import Image
 from ruamel.yaml import YAML
 from test_slot import GRID as SLOT
@@ -15,6 +20,7 @@ from test_slot import GRID as SLOT
 import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.report.documents import page
+from clearsweep.report.documents import page as live_page
 from clearsweep.report.one_case.motion import crank_speed, history_of, motion_pictures, saved_channels
 from clearsweep.report.sections.cases import DRAWN_HOUSING, DRAWN_PENETRATION, load_sketch, player_data
 from clearsweep.report.study import prepare
@@ -174,3 +180,56 @@ def test_the_player_turns_the_elements_of_each_bearing_and_moves_the_housing(tmp
         assert unpacked(support["x"]) == pytest.approx(path["joints/ground_crank/mount_x"], rel=1e-6, abs=1e-12)
         drawn = support["magnified"] * np.hypot(unpacked(support["x"]), unpacked(support["y"])).max()
         assert 0.5 * DRAWN_HOUSING < drawn / 0.17 < 1.5 * DRAWN_HOUSING
+
+
+# `run --watch`: the page of what is finished is whole at all times, reloads itself, and ends as the normal page.
+
+
+ROOT = Path(__file__).parents[1]
+
+
+def test_the_page_of_a_run_without_finished_cases_reloads_itself(tmp_path):
+    directory, out, drawn = tmp_path / "run", tmp_path / "run/report.html", []
+
+    class Drawing(Fake):
+        @staticmethod
+        def solve(case, log=None):
+            """Draw the page of the run in which this case is."""
+            drawn.append(live_page.draw_page(directory, out, None))
+            drawn.append(live_page.draw_page(directory, out, drawn[-1]))
+            return fake_physics.trajectory(case)
+
+    sweep(grid(1), directory, executor="serial", show_progress=False, simulator=Drawing)
+    text = out.read_text(encoding="utf-8")
+    assert drawn == [[0, 0], [0, 0]]
+    assert '<meta http-equiv="refresh" content="5">' in text.partition("</head>")[0]
+    assert "under way" in text.partition("<h1>")[0]
+    modified = out.stat().st_mtime_ns
+    assert live_page.draw_page(directory, out, None) is None  # the run has ended
+    assert out.stat().st_mtime_ns == modified
+
+
+@pytest.mark.slow
+def test_a_watched_run_has_a_whole_page_at_all_times_and_ends_with_the_normal_one(tmp_path):
+    source = YAML().load(ROOT / "configs/slider_crank_restitution.yaml")
+    source["sweep"] = {"drive.speed": [f"{speed} rpm" for speed in range(1000, 5000, 50)]}
+    source["simulate"] = {"revolutions": 200, "discard": 5}
+    source["save"] = {"orbits": "none"}
+    YAML().dump(source, tmp_path / "grid.yaml")
+    command = [sys.executable, "-m", "clearsweep", "run", "grid.yaml", "-j", "1", "--out", "run"]
+    page, seen = tmp_path / "run/report.html", set()
+    with subprocess.Popen([*command, "--watch"], cwd=tmp_path, stderr=subprocess.PIPE, text=True) as run:
+        while run.poll() is None:
+            if page.exists():
+                text = page.read_text(encoding="utf-8")
+                assert text.rstrip().endswith("</html>")
+                seen.add((live_page.REFRESH in text, "under way" in text, 'id="trust"' in text))
+            time.sleep(0.1)
+        errors = run.stderr.read()
+    assert run.returncode == 0, errors
+    assert "watch run/report.html" in errors
+    assert (True, True, True) in seen  # with finished cases, before the end
+    last = page.read_bytes()
+    report = [sys.executable, "-m", "clearsweep", "report", "run", "--json"]
+    named = json.loads(subprocess.run(report, cwd=tmp_path, capture_output=True, check=True).stdout)
+    assert (tmp_path / named["report"]).read_bytes() == last
