@@ -277,7 +277,7 @@ def test_in_noise_the_answer_encloses_the_border_and_what_agrees_with_it(power, 
 SHORT = {CLEARANCE: [1e-4, 2e-4], "drive.speed": [1000 * RPM, 3000 * RPM]}
 
 
-def harder(run, factor=2.0):
+def harder(run, factor=2.0):  # noqa: F811
     """Return a run whose force peak is larger by a factor."""
     run.summary["rod_slider_force_peak"] *= factor
     run.directory = "harder"
@@ -285,9 +285,9 @@ def harder(run, factor=2.0):
 
 
 def made(**options):
-    run = Run(**options)
-    run.directory = "plain"
-    return run
+    result = Run(**options)
+    result.directory = "plain"
+    return result
 
 
 def tables_of(first, second, tmp_path):
