@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
+from right_grids import text_of
 
 from clearsweep import grid, simulation
 from clearsweep.contracts import case
@@ -61,28 +62,7 @@ CATALOGUE = simulation.catalogue()._replace(
         ),
     )
 )
-TEXT = """\
-name: demo
-mechanism:
-  type: slider-crank
-  crank:  {length: 50 mm, mass: 0.30 kg, inertia: 1e-4 kg*m^2}
-  rod:    {length: 120 mm, mass: 0.21 kg, inertia: 2.5e-4 kg*m^2, center: 60 mm}
-  slider: {mass: 0.14 kg}
-drive: {speed: 5000 rpm}
-joints:
-  rod-slider:
-    clearance: 0.5 mm
-    bearing_radius: 10 mm
-    length: 20 mm
-    contact:
-      law: lankarani-nikravesh
-      stiffness: 6.61e10 N/m^1.5
-      restitution: 0.9
-    friction: {law: ambrosio, coefficient: 0.05, v0: 1 mm/s, v1: 10 mm/s}
-    wear: {law: archard, coefficient: 2e-14 m^2/N}
-simulate: {revolutions: 10, discard: 2, tolerance: 1e-8}
-save: {orbits: last, samples: 720}
-"""
+TEXT = text_of("the demo grid")
 JOINT = "joints.rod-slider"
 CONTACT = f"{JOINT}.contact"
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanism_cases import changed, slider_crank
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep.report.one_case.motion import saved_channels
@@ -21,22 +22,7 @@ from clearsweep.simulation.running.deformation import Rainflow, damage, turning_
 TRUTH = json.loads(Path(__file__).with_name("bending_rod.json").read_text(encoding="utf-8"))
 SPEED, CRANK, LENGTH, HEIGHT, YOUNG = 150.0, 0.15, 0.3, 0.008, 200e9
 TIMES = 2.0 * math.pi / SPEED * np.arange(1, 11) / 10
-SIMEON = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": CRANK, "mass": 0.3, "inertia": 1e-3},
-        "rod": {
-            "length": LENGTH,
-            "mass": 0.151104,
-            "inertia": 0.151104 * LENGTH**2 / 12.0,
-            "elastic": {"section": [0.008, HEIGHT], "young": YOUNG, "bending": 2},
-        },
-        "slider": {"mass": 0.075552},
-    },
-    "drive": {"speed": SPEED},
-    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-10},
-    "save": {"orbits": "none"},
-}
+SIMEON = grid_of("a bending rod")
 STEEL = {"section": [0.02, 0.012], "young": 210e9, "bending": 2, "damping": 0.01}
 
 

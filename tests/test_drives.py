@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from fake_physics import BODIES
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -15,19 +15,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.machines.drives import make_drive
 from clearsweep.simulation.remarks import warnings
 
-MACHINE = {
-    "name": "drives",
-    "mechanism": BODIES,
-    "drive": {"speed": "100 rad/s"},
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.1 mm",
-            "bearing_radius": "10 mm",
-            "contact": {"law": "flores", "stiffness": "1e9 N/m^1.5", "restitution": 0.5},
-        }
-    },
-    "simulate": {"revolutions": 2, "discard": 0},
-}
+MACHINE = grid_of("a crank that a servo turns")
 #: The same without a weight that a flywheel of 1 kg m^2 would feel.
 LIGHT = {
     "type": "slider-crank",

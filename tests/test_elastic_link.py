@@ -9,6 +9,7 @@ import planar_machines
 import pytest
 from elastic_machine import Rod
 from mechanism_cases import JOINT, slider_crank
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import simulation
@@ -224,32 +225,4 @@ def points(**named):
     return {name: [x, 0.0] for name, x in named.items()}
 
 
-PLANAR = {
-    "mechanism": {
-        "type": "planar",
-        "bodies": {
-            "ground": {"points": points(main=0.0)},
-            "crank": {"mass": 0.3, "inertia": 1e-4, "center": [0.025, 0.0], "points": points(pivot=0.0, pin=0.05)},
-            "rod": {
-                "mass": 0.21,
-                "inertia": 2.5e-4,
-                "center": [0.06, 0.0],
-                "points": points(big=0.0, middle=0.06, small=0.12),
-                "elastic": {"between": ["big", "small"], "axial_stiffness": STIFFNESS},
-            },
-            "slider": {"mass": 0.14, "inertia": 1e-4, "points": points(pin=0.0)},
-        },
-        "joints": {
-            "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
-            "big-end": {"type": "revolute", "between": ["crank.pin", "rod.big"]},
-            "rod-slider": {"type": "revolute", "between": ["rod.small", "slider.pin"], "journal": "rod"},
-            "guide": {"type": "prismatic", "between": ["ground.main", "slider.pin"]},
-        },
-        "driven": "main",
-        "output": {"body": "slider", "point": "pin"},
-    },
-    "drive": {"speed": "5000 rpm"},
-    "joints": {"rod-slider": {**JOINT, "contact": {**JOINT["contact"], "onset": "first"}}},
-    "simulate": {"revolutions": 0.25, "discard": 0, "tolerance": 1e-10},
-    "save": {"orbits": "none"},
-}
+PLANAR = grid_of("an elastic rod")

@@ -6,6 +6,7 @@ import h5py
 import numpy as np
 import pytest
 from fake_physics import FAILS, GOOD, Fake, grid, merge, sweep
+from right_grids import grid_of
 from test_sweep import same_results
 
 import clearsweep
@@ -93,25 +94,7 @@ def test_the_sentence_names_interval_window_and_place():
     assert summary.expected_lines({"expected": facts})[1] == text.replace("in joint j", "in j")
 
 
-GRID = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.30 kg", "inertia": 1e-4},
-        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": 2.5e-4},
-        "slider": {"mass": "0.14 kg"},
-    },
-    "drive": {"speed": "3000 rpm"},
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.1 mm",
-            "bearing_radius": "10 mm",
-            "contact": {"law": "exact", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.8},
-            "friction": {"law": "ambrosio", "coefficient": 0.05, "v0": "1 mm/s", "v1": "10 mm/s"},
-        }
-    },
-    "simulate": {"revolutions": 20_020, "discard": 20, "tolerance": 1e-7},
-    "save": {"orbits": "none"},
-}
+GRID = grid_of("a long run of one joint")
 
 
 @pytest.mark.slow

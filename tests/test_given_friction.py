@@ -8,6 +8,7 @@ import pytest
 from mechanism_cases import JOINT
 from mechanism_cases import slider_crank as slider_crank_grid
 from planar_machines import four_bar, slider_crank
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep.contracts.machine import Braking, Constant, Rubbing
@@ -17,20 +18,7 @@ from clearsweep.mechanics.machines import planar
 from clearsweep.mechanics.machines.contract import accelerate, crank_rate, load_power, pose_at
 
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 2001)
-FOUR_BAR = {
-    "mechanism": {
-        "type": "four-bar",
-        "ground": {"length": 0.13},
-        "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-        "coupler": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
-        "rocker": {"length": 0.1, "mass": 0.25, "inertia": 2.2e-4},
-    },
-    "drive": {"speed": "600 rpm"},
-    "loads": {"blade": {"on": "rocker-ground", "friction": {"law": "tanh", "torque": "3 N*m", "velocity_scale": 0.1}}},
-    "joints": {"coupler-rocker": JOINT | {"clearance": 5e-5}},
-    "simulate": {"revolutions": 0.3, "discard": 0, "tolerance": 1e-8},
-    "save": {"orbits": "none"},
-}
+FOUR_BAR = grid_of("friction in a pin without clearance")
 
 
 STICKS = {"law": "karnopp", "torque": 3, "static_torque": 4, "stribeck_velocity": 1, "band": "0.5 rad/s"}

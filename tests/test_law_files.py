@@ -11,6 +11,7 @@ import time
 import pytest
 from click.testing import CliRunner
 from fake_physics import BODIES
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import grid as grids
@@ -24,17 +25,7 @@ from clearsweep.simulation import catalogue
 HEAD = "from clearsweep import laws\n"
 SPRING = '@laws.elastic("spring", k="N/m")\ndef spring(penetration, p):\n    return p.k * penetration\n'
 GOOD = HEAD + SPRING
-GRID = {
-    "mechanism": {"type": "impact-pair", "masses": ["1 kg", "1 kg"], "speed": "1 m/s"},
-    "joints": {
-        "pair": {
-            "bearing_radius": "10 mm",
-            "clearance": "0.1 mm",
-            "contact": {"law": "flores", "elastic": "spring", "k": "1e8 N/m", "restitution": 0.9},
-        }
-    },
-    "simulate": {"impacts": 1},
-}
+GRID = grid_of("an impact pair with a law of a file")
 
 
 @pytest.fixture(autouse=True)

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mechanism_cases import slider_crank
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -222,36 +223,7 @@ RUB = {
     "on": "ground-crank",
     "friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": 0.01, "radius": 0.01},
 }
-LOADED = {
-    "mechanism": {
-        "type": "four-bar",
-        "ground": {"length": 0.13},
-        "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-        "coupler": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
-        "rocker": {"length": 0.1, "mass": 0.25, "inertia": 2.2e-4},
-        "gravity": 9.81,
-    },
-    "drive": {"speed": "300 rpm"},
-    "loads": {
-        "brake": {"on": "rocker", "torque": -1.0},
-        "spring": {
-            "between": ["ground", "rocker"],
-            "anchor": [0.2, 0.1],
-            "stiffness": 500.0,
-            "free_length": 0.1,
-            "damping": 5.0,
-        },
-    },
-    "joints": {
-        "coupler-rocker": {
-            "clearance": 5e-5,
-            "bearing_radius": 0.01,
-            "contact": {"law": "flores", "stiffness": 1e9, "restitution": 0.7},
-            "friction": {"law": "ambrosio", "coefficient": 0.1, "v0": 1e-3, "v1": 1e-2},
-        }
-    },
-    "simulate": {"revolutions": 0.5, "discard": 0, "tolerance": 1e-8},
-}
+LOADED = grid_of("a slider-crank under loads")
 
 
 @pytest.mark.slow

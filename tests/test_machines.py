@@ -6,6 +6,7 @@ import math
 import re
 
 import pytest
+from right_grids import grid_of
 
 from clearsweep import grid, simulation
 from clearsweep.contracts.catalogue import LoadOutline
@@ -22,51 +23,9 @@ CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}
 PIN = {"clearance": "0.1 mm", "bearing_radius": "10 mm", "contact": CONTACT}
 RPM = 2.0 * math.pi / 60.0
 LINK = {"mass": 0.2, "inertia": 2e-4}
-SLIDER_CRANK = {
-    "name": "sc",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", **LINK},
-        "rod": {"length": "120 mm", **LINK},
-        "slider": {"mass": 0.14},
-    },
-    "drive": {"speed": "1000 rpm"},
-    "joints": {"rod-slider": PIN},
-}
-FOUR_BAR = {
-    "name": "fb",
-    "mechanism": {
-        "type": "four-bar",
-        "ground": {"length": "130 mm"},
-        "crank": {"length": "50 mm", **LINK},
-        "coupler": {"length": "120 mm", **LINK},
-        "rocker": {"length": "100 mm", **LINK},
-    },
-    "drive": {"speed": "600 rpm"},
-    "joints": {"coupler-rocker": PIN},
-}
-PLANAR = {
-    "name": "p",
-    "mechanism": {
-        "type": "planar",
-        "bodies": {
-            "ground": {"points": {"main": [0, 0], "rail": [0, 0]}},
-            "crank": {**LINK, "center": ["25 mm", 0], "points": {"pivot": [0, 0], "pin": ["50 mm", 0]}},
-            "rod": {**LINK, "center": ["60 mm", 0], "points": {"big": [0, 0], "small": ["120 mm", 0]}},
-            "slider": {**LINK, "points": {"pin": [0, 0]}},
-        },
-        "joints": {
-            "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
-            "big-end": {"type": "revolute", "between": ["crank.pin", "rod.big"]},
-            "small-end": {"type": "revolute", "between": ["rod.small", "slider.pin"], "journal": "rod"},
-            "guide": {"type": "prismatic", "between": ["ground.rail", "slider.pin"], "axis": "0 deg"},
-        },
-        "driven": "main",
-        "output": {"body": "slider", "point": "pin"},
-    },
-    "drive": {"speed": "1000 rpm"},
-    "joints": {"small-end": PIN},
-}
+SLIDER_CRANK = grid_of("a slider-crank of text")
+FOUR_BAR = grid_of("a four-bar")
+PLANAR = grid_of("a planar machine")
 GAS = {"crank_angle [deg]": [0, 90, 360], "fx": ["0 N", "-1 kN", "0 N"]}
 
 

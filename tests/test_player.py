@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from fake_physics import Fake, grid, sweep
 from PIL import Image
+from right_grids import grid_of
 from ruamel.yaml import YAML
 from test_slot import GRID as SLOT
 
@@ -135,28 +136,7 @@ def test_a_journal_has_an_orbit_and_no_straight_walls(tmp_path):
     assert any("orbit" in picture.title for picture in motion_pictures(study, case_id, path))
 
 
-ROLLING = {
-    "name": "rolling",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
-        "slider": {"mass": 0.14},
-        "mounts": {"ground-crank": {"mass": 2.0, "stiffness": [2e6, 4e6], "damping": "3 %"}},
-    },
-    "drive": {"speed": 200.0},
-    "joints": {
-        "crank-rod": {
-            "type": "rolling",
-            "bearing": 6204,
-            "fit": "k5/N7",
-            "contact": {"law": "hunt-crossley", "damping_factor": 0.3},
-        }
-    },
-    "simulate": {"revolutions": 1.5, "discard": 0.5, "tolerance": 1e-6},
-    "save": {"orbits": "last", "samples": 200, "revolutions": 1},
-    "sweep": {"joints.crank-rod.bearing": [6204, 6205]},
-}
+ROLLING = grid_of("a rolling bearing in the player")
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ import pytest
 from fake_physics import sweep
 from fake_runs import RPM, SWEEP, Run
 from mechanism_cases import PAIR, changed
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import grid, report, simulation, store
@@ -432,23 +433,7 @@ def test_show_says_why_there_is_nothing_to_draw(tmp_path, ending):
 
 CATALOGUE = simulation.catalogue()
 JOINT = "joints.rod-slider"
-BASE = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
-        "slider": {"mass": 0.14},
-    },
-    "drive": {"speed": 100.0},
-    "joints": {
-        "rod-slider": {
-            "clearance": 1e-4,
-            "bearing_radius": 0.01,
-            "length": 0.02,
-            "contact": {"law": "exact", "stiffness": 6.61e10, "restitution": 0.9},
-        }
-    },
-}
+BASE = grid_of("a crank of a report")
 LUGRE = {"law": "lugre", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 0.1}
 LUGRE |= {"bristle_stiffness": 1e4, "bristle_damping": 100.0, "viscous": 2.0}
 KARNOPP = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 0.1, "band": 0.02}

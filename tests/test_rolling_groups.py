@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from right_grids import grid_of
 from test_rolling import BALL
 
 from clearsweep import grid, simulation
@@ -21,17 +22,7 @@ CLEARANCE = f"{JOINT}.clearance"
 CONTACT = {"law": "hunt-crossley", "damping_factor": "0.5 s/m"}
 BEARING = BALL | {"clearance": {"group": "C3"}, "bore": "25 mm", "contact": CONTACT}
 NAMED = {"type": "rolling", "bearing": "6305", "contact": CONTACT}
-MACHINE = {
-    "name": "rolling",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.5 kg", "inertia": "2e-4 kg*m^2"},
-        "rod": {"length": "150 mm", "mass": "0.4 kg", "inertia": "1e-3 kg*m^2"},
-        "slider": {"mass": "1 kg"},
-    },
-    "drive": {"speed": "1500 rpm"},
-    "simulate": {"revolutions": 2, "discard": 1},
-}
+MACHINE = grid_of("a crank without its bearing")
 
 
 def load(joint=BEARING, **sections):

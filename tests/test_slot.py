@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from planar_machines import CRANK, ground, pin
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -26,46 +27,7 @@ from clearsweep.report.study import prepare
 
 REACH, FOOT, CRANK_LENGTH, SPEED = 0.15, -0.15, 0.05, 12.0
 LEVER = Body(0.4, 2e-3, (0.12, 0.0), {"foot": (0.0, 0.0), "middle": (REACH, 0.0)})
-GRID = {
-    "mechanism": {
-        "type": "planar",
-        "bodies": {
-            "ground": {"points": {"main": [0.0, 0.0], "foot": [0.0, FOOT]}},
-            "crank": {
-                "mass": 0.3,
-                "inertia": 1e-4,
-                "center": [0.025, 0.0],
-                "points": {"pivot": [0.0, 0.0], "pin": [CRANK_LENGTH, 0.0]},
-            },
-            "lever": {
-                "mass": 0.4,
-                "inertia": 2e-3,
-                "center": [0.12, 0.0],
-                "points": {"foot": [0.0, 0.0], "middle": [REACH, 0.0]},
-            },
-        },
-        "joints": {
-            "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
-            "foot": {"type": "revolute", "between": ["ground.foot", "lever.foot"]},
-            "slot": {"type": "slot", "between": ["lever.middle", "crank.pin"]},
-        },
-        "driven": "main",
-        "start": {"lever": "80 deg"},
-        "output": {"body": "lever"},
-    },
-    "drive": {"speed": SPEED},
-    "joints": {
-        "slot": {
-            "clearance": "0.05 mm",
-            "bearing_radius": "6 mm",
-            "slot_length": "120 mm",
-            "contact": {"law": "lankarani-nikravesh", "stiffness": 1e9, "exponent": 1.5, "restitution": 0.7},
-            "friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": "5 mm/s"},
-        }
-    },
-    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-8},
-    "save": {"orbits": "all"},
-}
+GRID = grid_of("a slot")
 
 
 def grid(**changes):

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from fake_runs import JOINT
+from right_grids import text_of
 
 from clearsweep import grid as grids
 from clearsweep import simulation
@@ -11,23 +12,7 @@ from clearsweep.grid.library import MATERIALS
 
 BEARING = f"{JOINT}.contact.material.bearing"
 CATALOGUE = simulation.catalogue()
-TEXT = """\
-name: bush
-mechanism:
-  type: slider-crank
-  crank:  {length: 50 mm, mass: 0.30 kg, inertia: 1e-4 kg*m^2}
-  rod:    {length: 120 mm, mass: 0.21 kg, inertia: 2.5e-4 kg*m^2}
-  slider: {mass: 0.14 kg}
-drive: {speed: 1000 rpm}
-joints:
-  rod-slider:
-    clearance: 50 um
-    bearing_radius: 10 mm
-    length: 20 mm
-    contact: {law: flores, restitution: 0.7, material: {bearing: CuSn8, journal: 100Cr6}}
-    friction: {law: tanh, coefficient: 0.1, velocity_scale: 1 mm/s}
-simulate: {revolutions: 3, discard: 1, tolerance: 1e-6}
-"""
+TEXT = text_of("materials that vary")
 
 
 @pytest.fixture

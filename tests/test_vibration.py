@@ -10,6 +10,7 @@ import math
 import numpy as np
 import pytest
 from fake_runs import load
+from right_grids import grid_of
 from scipy.integrate import simpson
 from scipy.signal import hilbert
 
@@ -34,42 +35,7 @@ ABOUT = 0.01, -0.02
 STIFFNESS = 2e6, 4e6
 SPEED = 2.0 * math.pi * 20.0
 JOINT_CHANNELS = "x", "y", "vx", "vy", "force_normal"
-GRID = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2", "center": "20 mm"},
-        "rod": {"length": "130 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2", "center": "50 mm"},
-        "slider": {"mass": "0.14 kg", "offset": "12 mm"},
-        "gravity": "9.81 m/s^2",
-    },
-    "drive": {"speed": "1200 rpm"},
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.05 mm",
-            "bearing_radius": "10 mm",
-            "contact": {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.7},
-        }
-    },
-    "simulate": {"revolutions": 5, "discard": 2},
-    "save": {"orbits": "none"},
-    "loads": {
-        "push": {"on": "slider", "force": [f"{PUSH} N", "0 N"], "reacted": False},
-        "lift": {"on": "rod", "force": ["3 N", "5 N"]},
-    },
-    "vibration": {
-        "at": {
-            "frame": {
-                "about": ["10 mm", "-20 mm"],
-                "mass": "40 kg",
-                "mount": {"stiffness": ["2 kN/mm", "4 kN/mm"], "damping": "3 %"},
-            },
-            "slider": {},
-            "tip": {"body": "rod", "point": ["30 mm", "10 mm"]},
-        },
-        "orders": 6,
-        "zones": ["1.4 mm/s", "2.8 mm/s", "4500 mm/s"],
-    },
-}
+GRID = grid_of("a vibration")
 
 
 class Signals:

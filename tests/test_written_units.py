@@ -8,6 +8,7 @@ import json
 import pyarrow.parquet as pq
 import pytest
 from fake_runs import Run
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import grid, simulation
@@ -19,23 +20,7 @@ from clearsweep.sweeping.facts import value_text
 
 SPEED, CLEARANCE = "drive.speed", "joints.rod-slider.clearance"
 RESTITUTION = "joints.rod-slider.contact.restitution"
-BASE = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
-        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
-        "slider": {"mass": "140 g"},
-    },
-    "drive": {"speed": 100.0},
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.1 mm",
-            "bearing_radius": 0.01,
-            "length": 0.02,
-            "contact": {"law": "exact", "stiffness": 6.61e10, "restitution": 0.9},
-        }
-    },
-}
+BASE = grid_of("a crank with units")
 
 
 def loaded(**ways):

@@ -13,13 +13,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from ruamel.yaml import YAML
+from right_grids import PAGE, READER
 
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-
-PAGE = Path(__file__).with_name("wrong_grids.txt")
-READER = YAML(typ="safe", pure=True)
 
 
 class Wrong(NamedTuple):
