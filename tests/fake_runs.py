@@ -1,4 +1,4 @@
-"""A small catalogue of laws, a demo grid, and runs with the reading interface of the store, made up by formula.
+"""A demo grid, and runs with the reading interface of the store, made up by formula.
 
 Nothing is simulated or compiled; the figures are only plausible.
 """
@@ -15,53 +15,10 @@ from right_grids import text_of
 
 from clearsweep import grid, simulation
 from clearsweep.contracts import case
-from clearsweep.contracts.catalogue import Order
 from clearsweep.contracts.layout import Layout
-from clearsweep.grid import Field, Law
 
 CONFIGS = Path(__file__).parent.parent / "configs"
-RESTITUTION = Field("restitution", "1", "wanted restitution", 0.0, 1.0, high_open=False)
-COEFFICIENT = Field("coefficient", "1", "friction coefficient", low_open=False)
-
-
-def law(family, name, *fields, uses_elastic=True):
-    return Law(family, name, "", "", "", fields, uses_elastic)
-
-
-CATALOGUE = simulation.catalogue()._replace(
-    laws=(
-        law("law", "hertz"),
-        *(law("law", name, RESTITUTION) for name in ("lankarani-nikravesh", "flores", "exact")),
-        law(
-            "law",
-            "hunt-crossley",
-            RESTITUTION._replace(optional=True),
-            Field("damping", "N*s/m^exponent+1", "damper", low_open=False, optional=True),
-        )._replace(one_of=("restitution", "damping")),
-        law(
-            "law",
-            "kelvin-voigt",
-            Field("stiffness", "N/m", "spring"),
-            Field("damping", "N*s/m", "damper", low_open=False),
-            uses_elastic=False,
-        ),
-        law(
-            "elastic",
-            "power",
-            Field("stiffness", "N/m^exponent", "contact stiffness"),
-            Field("exponent", "1", "exponent of the penetration", default=1.5),
-        ),
-        law("friction", "tanh", COEFFICIENT, Field("velocity_scale", "m/s", "scale of the sliding speed")),
-        law(
-            "friction", "ambrosio", COEFFICIENT, Field("v0", "m/s", "dead band"), Field("v1", "m/s", "full slip")
-        )._replace(orders=(Order("v0", "v1", "friction grows from v0 to v1"),)),
-        law("wear", "archard"),
-        law("pressure", "mean"),
-        law("pressure", "hertz-line", Field("pressure_modulus", "Pa", "E* of both bodies", optional=True))._replace(
-            needs=("modulus",)
-        ),
-    )
-)
+CATALOGUE = simulation.catalogue()
 TEXT = text_of("the demo grid")
 JOINT = "joints.rod-slider"
 CONTACT = f"{JOINT}.contact"

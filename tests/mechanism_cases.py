@@ -44,11 +44,14 @@ def slider_crank(*joints, changes=None):
     return changed(case, changes)
 
 
-def changed(case, changes):
-    """Return the grid dict with values at dotted paths replaced; None removes a key."""
+def changed(case, changes=None, /, **named):
+    """Return the grid dict with values at paths replaced; None removes a key.
+
+    A path has dots, or slashes if its keys have dots; as the name of an argument it has `__` for dots.
+    """
     case = copy.deepcopy(case)
-    for path, value in (changes or {}).items():
-        *parents, last = path.split(".")
+    for path, value in ((changes or {}) | {name.replace("__", "."): value for name, value in named.items()}).items():
+        *parents, last = path.split("/" if "/" in path else ".")
         section = case
         for key in parents:
             section = section.setdefault(key, {})

@@ -1,10 +1,10 @@
 """Grids that designers asked about, run with the mechanics: what `answer.json` has to say of each."""
 
-import copy
 import json
 
 import pytest
 from fake_physics import BODIES
+from mechanism_cases import changed
 
 import clearsweep
 from clearsweep import grid as grids
@@ -33,14 +33,7 @@ THREE = ["0.02 mm", "0.2 mm", "0.5 mm"]
 
 def grid(changes=None, **sections):
     """Return the crank with changed values, path -> value, and with these sections."""
-    tree = copy.deepcopy(CRANK)
-    for path, value in (changes or {}).items():
-        *parents, last = path.split(".")
-        part = tree
-        for key in parents:
-            part = part.setdefault(key, {})
-        part[last] = value
-    return tree | sections
+    return changed(CRANK, changes) | sections
 
 
 @pytest.fixture

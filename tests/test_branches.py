@@ -3,11 +3,11 @@
 import itertools
 import json
 import math
-from copy import deepcopy
 
 import numpy as np
 import pandas as pd
 import pytest
+from mechanism_cases import changed
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -92,20 +92,6 @@ def slider_crank(start="carried", **changes):
     }
     tree["joints"]["rod-slider"]["contact"]["elastic"] = "power"
     return changed(tree, changes)
-
-
-def changed(tree, changes):
-    """Return a grid with values at dotted paths; None removes a key."""
-    tree = deepcopy(tree)
-    for path, value in changes.items():
-        *sections, key = path.split("/")
-        section = tree
-        for name in sections:
-            section = section.setdefault(name, {})
-        section[key] = value
-        if value is None:
-            del section[key]
-    return tree
 
 
 def loaded(tree):

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_cases import JOINT
+from mechanism_cases import JOINT, changed
 from mechanism_cases import slider_crank as slider_crank_grid
 from planar_machines import four_bar, slider_crank
 from right_grids import grid_of
@@ -26,13 +26,7 @@ STICKS = {"law": "karnopp", "torque": 3, "static_torque": 4, "stribeck_velocity"
 
 def grid(**changes):
     """Return the grid of the four-bar with other values at paths, dots written as two underscores."""
-    made = copy.deepcopy(FOUR_BAR)
-    for path, value in changes.items():
-        *sections, last = path.replace("_X_", "-").split("__")
-        inside = made
-        for section in sections:
-            inside = inside[section]
-        inside[last] = value
+    made = changed(FOUR_BAR, **{path.replace("_X_", "-"): value for path, value in changes.items()})
     return {section: content for section, content in made.items() if content != {}}
 
 

@@ -1,11 +1,11 @@
 """Claims about mechanisms, drives and loads as a grid describes them: what is read, what a mistake is answered."""
 
-import copy
 import json
 import math
 import re
 
 import pytest
+from mechanism_cases import changed
 from right_grids import grid_of
 
 from clearsweep import grid, simulation
@@ -27,21 +27,6 @@ SLIDER_CRANK = grid_of("a slider-crank of text")
 FOUR_BAR = grid_of("a four-bar")
 PLANAR = grid_of("a planar machine")
 GAS = {"crank_angle [deg]": [0, 90, 360], "fx": ["0 N", "-1 kN", "0 N"]}
-
-
-def changed(base, **paths):
-    """Return a grid with values put at dotted paths, `__` standing for a dot; None takes away."""
-    tree = copy.deepcopy(base)
-    for path, value in paths.items():
-        *above, key = path.split("__")
-        inside = tree
-        for part in above:
-            inside = inside.setdefault(part, {})
-        if value is None:
-            inside.pop(key)
-        else:
-            inside[key] = value
-    return tree
 
 
 def machine_case(source):

@@ -2,11 +2,11 @@
 
 import json
 import math
-from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
 import pytest
+from mechanism_cases import changed
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -61,13 +61,7 @@ def wheels(joint, play, ratio=1.0, sense=1.0, **changes):
         },
         "save": {"orbits": "all", "samples": 4},
     }
-    for path, value in changes.items():
-        *sections, key = path.split(".")
-        section = tree
-        for name in sections:
-            section = section.setdefault(name, {})
-        section[key] = value
-    return tree
+    return changed(tree, changes)
 
 
 def coupling(**changes):
@@ -489,16 +483,16 @@ def test_a_life_ends_where_the_teeth_are_worn_to_its_limit(tmp_path, of):
 
 def test_friction_of_teeth_needs_teeth_that_fit():
     tree = rubbing_gear(2.0, 0.09)
-    refused(changed(tree, "mechanism.joints.mesh.teeth", None), "joints.mesh.friction", "mesh.teeth")
-    refused(changed(tree, "mechanism.joints.mesh.teeth", 20.25), "mesh.teeth", "must be whole")
-    refused(changed(tree, "mechanism.joints.mesh.teeth", 6), "mesh.teeth", "within a base circle")
-    refused(changed(tree, "mechanism.joints.mesh.approach", 1.5), "mesh.approach")
-    refused(changed(tree, "joints.mesh.friction.law", "karnopp"), "friction.law", "teeth follow each other")
+    refused(changed(tree, {"mechanism.joints.mesh.teeth": None}), "joints.mesh.friction", "mesh.teeth")
+    refused(changed(tree, {"mechanism.joints.mesh.teeth": 20.25}), "mesh.teeth", "must be whole")
+    refused(changed(tree, {"mechanism.joints.mesh.teeth": 6}), "mesh.teeth", "within a base circle")
+    refused(changed(tree, {"mechanism.joints.mesh.approach": 1.5}), "mesh.approach")
+    refused(changed(tree, {"joints.mesh.friction.law": "karnopp"}), "friction.law", "teeth follow each other")
     tree = wearing_gear(2.0, 0.09)
-    refused(changed(tree, "mechanism.joints.mesh.teeth", None), "joints.mesh.wear", "mesh.teeth")
-    refused(changed(tree, "joints.mesh.length", None), "joints.mesh.length", "is missing")
-    refused(changed(tree, "joints.mesh.wear.evolve", True), "wear.evolve")
-    refused(changed(tree, "joints.mesh.wear.law", "energy"), "wear.law")
+    refused(changed(tree, {"mechanism.joints.mesh.teeth": None}), "joints.mesh.wear", "mesh.teeth")
+    refused(changed(tree, {"joints.mesh.length": None}), "joints.mesh.length", "is missing")
+    refused(changed(tree, {"joints.mesh.wear.evolve": True}), "wear.evolve")
+    refused(changed(tree, {"joints.mesh.wear.law": "energy"}), "wear.law")
 
 
 def test_a_wheel_out_of_centre_needs_play():
@@ -524,20 +518,6 @@ def refused(tree, *words):
         assert word in str(error.value)
 
 
-def changed(tree, path, value):
-    """Return a grid with another value at a path; None removes it."""
-    tree = deepcopy(tree)
-    *sections, key = path.split(".")
-    section = tree
-    for name in sections:
-        section = section[name]
-    if value is None:
-        del section[key]
-    else:
-        section[key] = value
-    return tree
-
-
 @pytest.mark.parametrize(
     ("tree", "path", "value", "words"),
     [
@@ -557,7 +537,7 @@ def changed(tree, path, value):
     ],
 )
 def test_grids_that_make_no_sense_are_refused_with_the_place_and_the_remedy(tree, path, value, words):
-    refused(changed(tree(), path, value), *words)
+    refused(changed(tree(), {path: value}), *words)
 
 
 def flap(**changes):
@@ -632,17 +612,19 @@ def test_the_mass_of_a_bound_is_that_of_the_wheel_on_the_line_of_action():
 
 def test_the_way_between_stops_is_no_clearance():
     assert not size_warnings(clearsweep.load_case(flap()).case)
-    (text,) = size_warnings(clearsweep.load_case(changed(gear(), "joints.mesh.backlash", 60e-3)).case)
+    (text,) = size_warnings(clearsweep.load_case(changed(gear(), {"joints.mesh.backlash": 60e-3})).case)
     assert "joints.mesh.backlash is 60 mm" in text
 
 
 def test_stops_that_make_no_sense_are_refused():
     refused(
-        changed(flap(), "joints.bearing.stops.at", [0.5, -0.05]), "joints.bearing.stops.at", "lower stop comes first"
+        changed(flap(), {"joints.bearing.stops.at": [0.5, -0.05]}), "joints.bearing.stops.at", "lower stop comes first"
     )
-    refused(changed(flap(), "mechanism.bodies.wheel.initial.angle", 0.6), "bearing.stops.at", "beyond a stop")
-    refused(changed(flap(), "joints.bearing.clearance", 1e-5), "joints.bearing.contact", "is missing")
-    refused(changed(flap_with_clearance(), "joints.bearing.stops.contact", {}), "bearing.stops.contact.law", "missing")
+    refused(changed(flap(), {"mechanism.bodies.wheel.initial.angle": 0.6}), "bearing.stops.at", "beyond a stop")
+    refused(changed(flap(), {"joints.bearing.clearance": 1e-5}), "joints.bearing.contact", "is missing")
+    refused(
+        changed(flap_with_clearance(), {"joints.bearing.stops.contact": {}}), "bearing.stops.contact.law", "missing"
+    )
     tree = flap_with_clearance()
     tree["mechanism"]["joints"]["bearing_stops"] = {"type": "coupling", "between": ["pinion", "wheel"]}
     refused(tree, "mechanism.joints.bearing_stops", "has the columns of the stops of bearing")

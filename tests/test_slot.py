@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from mechanism_cases import changed
 from planar_machines import CRANK, ground, pin
 from right_grids import grid_of
 from scipy.integrate import solve_ivp
@@ -31,15 +32,7 @@ GRID = grid_of("a slot")
 
 
 def grid(**changes):
-    """Return the grid with other values at paths, dots written as two underscores."""
-    made = copy.deepcopy(GRID)
-    for path, value in changes.items():
-        *sections, last = path.split("__")
-        inside = made
-        for section in sections:
-            inside = inside[section]
-        inside[last] = value
-    return made
+    return changed(GRID, **changes)
 
 
 def machine():
