@@ -14,7 +14,7 @@ from clearsweep.contracts.catalogue import Entry, Figure
 from clearsweep.contracts.layout import Layout
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.grid.pages.schema import whole_schema
-from clearsweep.language.errors import DirectoryError, InputError
+from clearsweep.language.errors import DirectoryError
 from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import Mean
 from clearsweep.simulation.setup import scene
@@ -131,12 +131,6 @@ def source(**changes):
     return slider_crank("rod-slider", changes={"simulate.revolutions": 2, "simulate.tolerance": 1e-6} | asked)
 
 
-def problems(**changes):
-    with pytest.raises(InputError) as caught:
-        grid.load(source(**changes), simulation.catalogue())
-    return str(caught.value)
-
-
 def test_a_further_figure_is_a_column_a_row_of_the_report_and_has_an_error_check(further, tmp_path):
     clearsweep.sweep(source(simulate__error_check=True), out=tmp_path / "run", jobs=1, executor="serial")
     run = clearsweep.open(tmp_path / "run")
@@ -154,13 +148,6 @@ def test_a_further_figure_can_be_judged_and_limited(further):
     assert loaded.limits == {COLUMN: 4e6}
     unit = {column.name: column.unit for column in loaded.layout.columns}
     assert unit["figure_ci"] == unit[COLUMN] == "N^2"
-
-
-def test_a_figure_that_is_not_there_can_be_neither_judged_nor_limited():
-    until = {"figure": COLUMN, "relative_ci": 0.2, "max_revolutions": 4}
-    assert f"unknown word '{COLUMN}'" in problems(simulate__until=until)
-    assert f"limits.{COLUMN}: is not a column of this grid" in problems(limits={COLUMN: 1.0})
-    assert "limits.rod_slider_wear_volume: is not a column" in problems(limits={"rod_slider_wear_volume": 1.0})
 
 
 def test_a_further_figure_is_a_word_of_the_schema_and_a_row_of_the_table_of_columns(further):

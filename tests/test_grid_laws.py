@@ -54,16 +54,6 @@ def test_a_missing_length_is_reported(name):
     assert f"{JOINT}.length: is missing; elastic '{name}' needs the joint's length" in message
 
 
-def test_a_missing_material_is_reported():
-    (message,) = problems(cylinders(contact__material=None))
-    assert "contact.material: is missing; elastic 'johnson' needs both bodies' material" in message
-
-
-def test_what_only_another_elastic_law_uses_is_refused():
-    (message,) = problems(cylinders(contact__stiffness=6.61e10))
-    assert "contact.stiffness: is not used by" in message
-
-
 def test_laws_that_need_nothing_and_laws_that_do_can_be_swept_together():
     source = cylinders(contact__stiffness=6.61e10)
     source["sweep"] = {f"{JOINT}.contact.elastic": ["power", "johnson", "persson"]}
@@ -73,19 +63,6 @@ def test_laws_that_need_nothing_and_laws_that_do_can_be_swept_together():
     assert len({cases.case_id(k) for k in range(3)}) == 3
     del source["joints"]["rod-slider"]["length"]
     assert len(problems(source)) == 2
-
-
-def test_a_fit_is_refused_for_clearances_it_was_not_made_for():
-    (message,) = problems(cylinders("pereira", clearance="3 um"))
-    assert "clearance: found 3 um; elastic 'pereira' allows 5e-06 to 0.01 (m): it was fitted there" in message
-    source = cylinders("pereira")
-    source["sweep"] = {f"{JOINT}.clearance": ["3 um", "0.1 mm"]}
-    assert "found 3 um" in problems(source)[0]
-
-
-def test_a_layer_that_cannot_give_way_is_refused():
-    (message,) = problems(cylinders("winkler", contact__thickness=5e-3, contact__material__poisson=0.5))
-    assert "poisson: found 0.5; elastic 'winkler' allows" in message
 
 
 def test_an_elastic_law_that_the_contact_law_does_not_use_needs_nothing():
@@ -193,43 +170,7 @@ def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
     assert cases.case_id(0) != cases.case_id(1)
 
 
-@pytest.mark.parametrize(
-    ("material", "text"),
-    [
-        ({"bearing": BRONZE}, "contact.material.journal: is missing; for example: journal: {young:"),
-        ({"bearing": BRONZE, "journal": {"young": 2e11}}, "contact.material.journal.poisson: is missing"),
-        (MATERIAL | {"bearing": BRONZE}, "contact.material.young: conflicts with bearing; write it within"),
-        (
-            {"young": 2e11},
-            "contact.material.poisson: is missing; for example: {young: 207 GPa, poisson: 0.3} for both",
-        ),
-        ({}, "contact.material.young: is missing"),
-        ({"bearing": BRONZE | {"poisson": 0.6}, "journal": MATERIAL}, "found 0.6, out of range"),
-        ({"shaft": BRONZE}, "unknown key 'shaft'"),
-    ],
-)
-def test_a_material_that_is_not_whole_is_reported(material, text):
-    message = problems(cylinders(contact__material=dict(material)))
-    assert text in message[0]
-
-
-def test_a_layer_of_the_bearing_that_cannot_give_way_is_refused():
-    own = {"bearing": BRONZE | {"poisson": 0.5}, "journal": MATERIAL}
-    (message,) = problems(cylinders("winkler", contact__thickness=5e-3, contact__material=own))
-    assert "material.bearing.poisson: found 0.5; elastic 'winkler' allows" in message
-
-
 # ---------------------------------------------------------------------------------------------- laws with conditions
-
-
-def test_a_law_that_yields_asks_for_a_material_and_for_hertz_s_force():
-    yields = {"law": "kogut-etsion", "hardness": "1 GPa"}
-    (message,) = problems(cylinders(contact=yields | {"stiffness": 6.61e10}))
-    assert "contact.material: is missing; law 'kogut-etsion' needs both bodies' material" in message
-    (message,) = problems(cylinders(contact=yields | {"elastic": "johnson", "material": MATERIAL}))
-    assert "found johnson; law 'kogut-etsion' requires elastic: power with the exponent 1.5" in message
-    (message,) = problems(cylinders(contact=yields | {"exponent": 1.4, "stiffness": 1e10, "material": MATERIAL}))
-    assert "found an exponent of 1.4; law 'kogut-etsion' requires elastic: power" in message
 
 
 @pytest.mark.parametrize("law", ["brown-mcphee", "elasto-plastic"])
@@ -239,11 +180,6 @@ def test_static_friction_below_kinetic_friction_is_refused(law):
     assert "friction.coefficient: found 0.2; allowed: at most 0.15, the value of" in message
     equal = section | {"static_coefficient": 0.2}
     assert resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": equal}))
-
-
-def test_radzimovsky_s_factor_is_one_or_two():
-    (message,) = problems(cylinders("radzimovsky", contact__curvature_factor=1.5))
-    assert "curvature_factor: found 1.5, out of range; allowed: a whole number at least 1 and at most 2" in message
 
 
 def test_other_elastic_laws_take_their_own_exponent():
