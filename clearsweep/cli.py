@@ -30,12 +30,12 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed or
     scheduler lost, 129 hung up, 130 interrupted, 143 terminated."""
     exit_codes.survive_closed_streams()
-    code = _exit_code(arguments)
+    code = exit_code_of(arguments)
     sys.stdout.flush()
     sys.exit(code)
 
 
-def _exit_code(arguments: list[str] | None) -> int:
+def exit_code_of(arguments: list[str] | None) -> int:
     return exit_codes.run(verbs, arguments)
 
 

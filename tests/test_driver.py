@@ -171,7 +171,7 @@ def test_a_case_is_given_up_only_when_a_second_worker_has_died_with_it(driven, m
     [(None, "unknown cause"), (3, "exit code 3"), (-11, "SIGSEGV"), (-35, "signal 35")],
 )
 def test_the_cause_of_a_death_is_named(code, cause):
-    assert driving._death_cause(code) == cause
+    assert driving.death_cause(code) == cause
 
 
 def test_a_pool_that_breaks_while_it_compiles_is_replaced(tmp_path):

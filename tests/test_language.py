@@ -15,7 +15,7 @@ from clearsweep.language import quantity
 ROOT = Path(__file__).parents[1]
 GLOSSARY = runpy.run_path(str(ROOT / "docs/tools/glossary.py"))
 MOST = 25  # words in a sentence
-UNITS = set(quantity._COMMON_UNITS.split())  # a list of them is no sentence
+UNITS = set(quantity.COMMON_UNITS.split())  # a list of them is no sentence
 
 
 def test_the_glossary_is_made_from_its_table():

@@ -32,8 +32,8 @@ GRID = grid_of("an impact pair with a law of a file")
 def place(tmp_path, monkeypatch):
     """A folder for the grid and its laws, and a user who trusts nothing yet."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setattr(law_files, "_ALLOWED", set())
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     folder = tmp_path / "work"
     folder.mkdir()
     monkeypatch.chdir(folder)
@@ -352,8 +352,8 @@ def test_a_resolved_grid_reads_without_running_its_laws(has_run, place, monkeypa
     assert has_run()
     resolved = json.loads(json.dumps(grid.resolved()))
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(law_files, "_ALLOWED", set())
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     again = load(resolved)
     assert again.case_id(0) == grid.case_id(0)
     assert again.law_files == grid.law_files
@@ -367,8 +367,8 @@ def test_a_worker_runs_the_text_of_the_launcher_and_not_the_file(has_run, place,
     assert has_run()
     (place / "my_laws.py").write_text("raise SystemExit('the file was read again')", encoding="utf-8")
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(law_files, "_ALLOWED", set())
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     (law,) = law_execution.run_all(pickle.loads(content).law_files)
     assert has_run()
     assert law.function(2.0, type("P", (), {"k": 3.0})) == 6.0
@@ -378,7 +378,7 @@ def test_a_worker_refuses_a_table_that_is_not_that_of_the_launcher(place, monkey
     (place / "table.csv").write_text("1.0\n", encoding="utf-8")
     content = pickle.dumps(load(grid_of(HEAD + "TABLE = 'table.csv'\n" + SPRING)).case(0))
     (place / "table.csv").write_text("2.0\n", encoding="utf-8")
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     with pytest.raises(InputError, match=r"table.csv is not what was trusted"):
         law_execution.run_all(pickle.loads(content).law_files)
 
@@ -491,8 +491,8 @@ def test_a_results_directory_runs_nothing_and_show_asks_again(has_run, place, mo
     assert has_run()
     (place / "my_laws.py").unlink()
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(law_files, "_ALLOWED", set())
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     contract.OWN_RECIPES.clear()
     case_id = run.summary.case_id[0]
     for verb in (["report", "results"], ["report", "--all", "results"], ["merge", "results", "--out", "merged"]):
@@ -543,7 +543,7 @@ def test_a_run_with_a_load_and_a_motor_of_a_law_file_is_reported_without_running
     (place / "grid.json").write_text(json.dumps(machine), encoding="utf-8")
     grids.trust(place / "my_laws.py")
     clearsweep.sweep("grid.json", "results", executor="serial")
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     contract.OWN_RECIPES.clear()
     assert invoke("report", "results").exception is None
     case_id = clearsweep.open("results").summary.case_id[0]

@@ -58,8 +58,8 @@ ANGLE = {"law": "angle-integral", "factor": 2}
 def place(tmp_path, monkeypatch):
     """A folder with a trusted law file."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setattr(law_files, "_ALLOWED", set())
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     (tmp_path / "work").mkdir()
     monkeypatch.chdir(tmp_path / "work")
     write_laws(LAWS)
@@ -218,8 +218,8 @@ def test_a_run_sweeps_keys_and_judges_figures_and_a_report_runs_nothing(monkeypa
     result = CliRunner().invoke(verbs, ["run", "grid.json"])
     assert result.exit_code == 0, result.output
     os.remove("my_figures.py")
-    monkeypatch.setattr(law_files, "_ALLOWED", set())
-    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     monkeypatch.setattr(law_execution, "_executed", lambda file: pytest.fail("the law file ran"))
     assert CliRunner().invoke(verbs, ["report", "results/own"]).exit_code == 0
     assert "area" in law_execution.Path("results/own/report.html").read_text(encoding="utf-8")

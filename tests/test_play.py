@@ -19,7 +19,7 @@ from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.study import prepare
 from clearsweep.simulation.machine.ideal import size_warnings
 from clearsweep.simulation.setup import scene
-from clearsweep.verify.stability import _acceleration_at_stops, _reduced_machine_mass
+from clearsweep.verify.stability import acceleration_at_stops, reduced_machine_mass
 
 TRUTH = json.loads(Path(__file__).with_name("one_sided_play.json").read_text())
 INPUT, PAIR = TRUTH["input"], TRUTH["gear_pair"]
@@ -556,7 +556,7 @@ def test_the_mass_of_a_bound_is_that_of_the_wheel_on_the_line_of_action():
     for tree, expected in ((coupling(), INPUT["inertia_kg_m2"]), (flap(), 2e-3)):
         case_scene = clearsweep.load_case(tree)
         (layout,) = case_scene.layout.joints
-        assert _reduced_machine_mass(case_scene, layout) == pytest.approx(expected, rel=1e-9)
+        assert reduced_machine_mass(case_scene, layout) == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_way_between_stops_is_no_clearance():
@@ -567,7 +567,7 @@ def test_the_way_between_stops_is_no_clearance():
 
 def test_the_load_on_a_stop_is_what_the_spring_presses_with():
     built = clearsweep.load_case(flap())
-    towards = _acceleration_at_stops(built, built.case.joints[0], built.value.joints[0])
+    towards = acceleration_at_stops(built, built.case.joints[0], built.value.joints[0])
     assert towards == pytest.approx(5.0 * (0.2 - 0.05) / 2e-3, rel=1e-9)  # at the lower stop, away from the upper one
 
 

@@ -338,7 +338,7 @@ def test_columns_of_many_cases_are_not_all_kept(monkeypatch):
     cases = prepare(Run()).cases
     for name in cases.columns:
         cases[name]
-    assert len(cases._column_cache) == 3
+    assert len(cases.column_cache) == 3
 
 
 # Figures for a paper: every one of the page, under a name that stays, as wide as is asked for, fonts within.

@@ -30,7 +30,7 @@ from clearsweep.sweeping.pool import case_runner, executors, forks
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.pool.driver import Batches
 from clearsweep.sweeping.pool.worker import BatchOutcome
-from clearsweep.sweeping.summary import _case_lines, estimate_text, of_run, run_text
+from clearsweep.sweeping.summary import case_lines, estimate_text, of_run, run_text
 from clearsweep.sweeping.sweep import facts
 
 pytestmark = pytest.mark.heavy
@@ -510,7 +510,7 @@ def test_a_dry_run_sums_up_a_table():
     column = "loads.gas.table.fx"
     case = {"case_id": "0" * 40, "units": {}, "written_units": {}}
     values = {"loads.gas.scale": 1.0, f"{column}.0": 5.0, f"{column}.1": -700.0, f"{column}.2": 2.0}
-    lines = _case_lines(case | {"values": values})
+    lines = case_lines(case | {"values": values})
     assert lines[1:] == ["  loads.gas: scale 1", f"  {column}: 3 values in SI, -700 to 5"]
 
 

@@ -39,7 +39,7 @@ def command(*arguments: object) -> tuple[int, str]:
     """Return the exit code and the output of a command line."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
-        code = cli._exit_code([str(argument) for argument in arguments])
+        code = cli.exit_code_of([str(argument) for argument in arguments])
     return code, text.getvalue()
 
 

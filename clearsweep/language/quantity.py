@@ -63,7 +63,7 @@ _PREFIXES = {
     for name in names.split()
 }
 _BASE_UNITS = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad", "[temperature]": "K"}
-_COMMON_UNITS = (
+COMMON_UNITS = (
     "m mm um nm cm in inch ft mil kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm g0 N mN kN MN lbf kgf Pa kPa "
     "MPa GPa bar psi ksi J mJ kJ W kW hp K degC degF cP cSt Nm"
 )
@@ -442,8 +442,8 @@ class _Parser:
                     return factor * size, dimension
         meant = _MISTAKEN_UNITS.get(name, "")
         suggestion = meant and f"; did you mean '{meant}'?"
-        suggestion = suggestion or did_you_mean(name, f"{_COMMON_UNITS} {_UNIT_NAMES}".split())
-        raise _UnitError(f"unknown unit '{name}'{suggestion} (known: {_COMMON_UNITS}, N*s/m, m^2)")
+        suggestion = suggestion or did_you_mean(name, f"{COMMON_UNITS} {_UNIT_NAMES}".split())
+        raise _UnitError(f"unknown unit '{name}'{suggestion} (known: {COMMON_UNITS}, N*s/m, m^2)")
 
 
 @cache

@@ -250,7 +250,7 @@ class Rows:
         self.index = ids[self._selection]
         self.columns = [name for name in run.columns if name != "case_id"] + list(self._derived)
         self._names = frozenset(self.columns)
-        self._column_cache: OrderedDict[str, np.ndarray] = OrderedDict()
+        self.column_cache: OrderedDict[str, np.ndarray] = OrderedDict()
         self._result_cache: dict[Hashable, Any] = {}
 
     def __len__(self) -> int:
@@ -261,15 +261,15 @@ class Rows:
 
     def __getitem__(self, column: str) -> np.ndarray:
         """Return a column; raise KeyError if it is missing."""
-        if column in self._column_cache:
-            self._column_cache.move_to_end(column)
-            return self._column_cache[column]
+        if column in self.column_cache:
+            self.column_cache.move_to_end(column)
+            return self.column_cache[column]
         if column not in self:
             raise KeyError(column)
         values = self._derived[column](self) if column in self._derived else self._read(column)
-        self._column_cache[column] = values
-        while len(self._column_cache) > 1 and len(self._column_cache) * len(self) > CACHED_VALUES:
-            self._column_cache.popitem(last=False)
+        self.column_cache[column] = values
+        while len(self.column_cache) > 1 and len(self.column_cache) * len(self) > CACHED_VALUES:
+            self.column_cache.popitem(last=False)
         return values
 
     def get(self, column: str, default: Any) -> Any:

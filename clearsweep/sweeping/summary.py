@@ -215,7 +215,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         *derived_lines(facts["derived"]),
         *(f"no unit given, SI assumed: {path} = {text}" for path, text in assumed_texts(facts["assumed"]).items()),
         *_defined_lines(facts["defined"]),
-        *_case_lines(facts["case"]),
+        *case_lines(facts["case"]),
         *facts["recommended"],
     ]
     if facts["seconds"] is None:
@@ -245,7 +245,7 @@ def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
     return lines
 
 
-def _case_lines(case: dict[str, Any]) -> list[str]:
+def case_lines(case: dict[str, Any]) -> list[str]:
     """Return the values of a case: a line for each section, then a line for each column of a table."""
     sections: dict[tuple[str, bool], list[str]] = {}  # section and whether it is a list
     columns: dict[str, list[float]] = {}

@@ -298,13 +298,13 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
         factor = getattr(impact, "factor", 0.0)
         factor *= rate if type(impact) is RateFactor else min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
         mass = (
-            _reduced_machine_mass(case_scene, joint_layout)
+            reduced_machine_mass(case_scene, joint_layout)
             if case_scene.machine
             else _reduced_mass(case_scene.case, joint_layout.name)
         )
         energies.append(_damped_energy(mass, rate, factor))
         load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name, 0.0)  # N
-        load += LOAD_FACTOR * mass * _acceleration_at_stops(case_scene, case_joint, joint) if case_joint.stops else 0.0
+        load += LOAD_FACTOR * mass * acceleration_at_stops(case_scene, case_joint, joint) if case_joint.stops else 0.0
         load += mass * _largest_curvature(trajectory, joint_layout, joint.clearance)
         loads.append(load * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
@@ -354,7 +354,7 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
 _MACHINE_MASSES: dict[tuple, float] = {}  # kg; variants of a case share most of them
 
 
-def _reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) -> float:
+def reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) -> float:
     """Return the largest reduced mass (kg) of a machine's joint, the others closed, its crank driven at its speed.
 
     For a guide it is the total moving mass: only its block is struck there, and a rod that pushes it.
@@ -381,7 +381,7 @@ def _reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) ->
     return float(largest)
 
 
-def _acceleration_at_stops(case_scene: scene.Scene, joint: CaseJoint, term: Any) -> float:
+def acceleration_at_stops(case_scene: scene.Scene, joint: CaseJoint, term: Any) -> float:
     """Return the largest acceleration (1/s^2 or m/s^2) towards the stops of a joint, over crank angles."""
     machine, largest = case_scene.machine, 0.0
     assert machine is not None  # only machines have stops

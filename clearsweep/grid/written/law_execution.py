@@ -56,7 +56,7 @@ _UNAUDITED = (  # functions without an event, at least in some versions of Pytho
     *((threading, name, "starts a thread") for name in ("_start_new_thread", "_start_joinable_thread")),
 )
 _WATCHED = ("builtins", "clearsweep", "cmath", "json", "math", "numpy", "os", "posix", "sys")  # may not be changed
-_RECORDS: dict[str, tuple[Law, ...]] = {}  # key of a file -> its laws, in this process
+RECORDS: dict[str, tuple[Law, ...]] = {}  # key of a file -> its laws, in this process
 _LOCK = threading.RLock()
 
 
@@ -81,7 +81,7 @@ def run(file: LawFile, folder: Path | None = None) -> tuple[Law, ...]:
     if not law_files.is_allowed(file, folder):
         raise InputError(law_files.refusal_text(file))
     with _LOCK:
-        if file.key not in _RECORDS:
+        if file.key not in RECORDS:
             _check_named(file)
             for module, line in law_files.imports(file).items():
                 if place := _neighbouring(module, file):
@@ -89,8 +89,8 @@ def run(file: LawFile, folder: Path | None = None) -> tuple[Law, ...]:
                     raise InputError(f"{file.name}:{line}: {reason}")
             records = _executed(file)
             _check_named(file)
-            _RECORDS[file.key] = records
-        return _RECORDS[file.key]
+            RECORDS[file.key] = records
+        return RECORDS[file.key]
 
 
 def run_all(files: Iterable[LawFile]) -> list[Law]:
@@ -100,7 +100,7 @@ def run_all(files: Iterable[LawFile]) -> list[Law]:
 
 def has_run(file: LawFile) -> bool:
     """Return whether this process has run a file."""
-    return file.key in _RECORDS
+    return file.key in RECORDS
 
 
 def digest_of(files: Iterable[LawFile]) -> str:

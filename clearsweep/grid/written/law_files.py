@@ -42,7 +42,7 @@ STORE = "trusted-laws.json"
 MAX_STORE_BYTES = 2**24
 OWN_FOLDER = "own-folder"  # --trust-laws without a value: files in the grid's own folder
 _PERMISSION: contextvars.ContextVar[str | None] = contextvars.ContextVar("_PERMISSION", default=None)
-_ALLOWED: set[str] = set()  # keys of files, in this process
+ALLOWED_KEYS: set[str] = set()  # keys of files, in this process
 
 Entry = dict[str, Any]  # path, sha256, named
 
@@ -138,14 +138,14 @@ def list_text() -> str:
 
 def is_allowed(file: LawFile, folder: Path | None = None) -> bool:
     """Return whether this process may run a law file; folder : that of the grid that names it, if one does."""
-    if file.is_allowed or file.key in _ALLOWED:
+    if file.is_allowed or file.key in ALLOWED_KEYS:
         return True
     with contextlib.suppress(InputError):  # `refusal_text` has its message
         if installed_file(file.name).key == file.key if file.package else _entry_of(file) in entries():
-            _ALLOWED.add(file.key)
-    if file.key not in _ALLOWED and _is_permitted(file, folder):
-        _ALLOWED.add(file.key)
-    return file.key in _ALLOWED
+            ALLOWED_KEYS.add(file.key)
+    if file.key not in ALLOWED_KEYS and _is_permitted(file, folder):
+        ALLOWED_KEYS.add(file.key)
+    return file.key in ALLOWED_KEYS
 
 
 def _is_permitted(file: LawFile, folder: Path | None) -> bool:

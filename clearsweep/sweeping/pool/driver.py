@@ -379,7 +379,7 @@ class Driver:
             if batch.attempts < MAX_RESTARTS:
                 return
             raise ClearsweepError(
-                f"workers die before their first case ({_death_cause(exitcode)}); try --executor serial to see why"
+                f"workers die before their first case ({death_cause(exitcode)}); try --executor serial to see why"
             )
         position = worker_status.batch_index
         failing_case, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
@@ -394,7 +394,7 @@ class Driver:
         elif remaining or not batch.attempts:
             self.batches.requeued.append(new_batch(failing_case, 1))
         else:
-            self._give_up(failing_case, "crashed", f"its worker died twice ({_death_cause(exitcode)})")
+            self._give_up(failing_case, "crashed", f"its worker died twice ({death_cause(exitcode)})")
 
     def _give_up(self, failing_case: Tasks, status: str, message: str) -> None:
         """Commit a failed row for a case that cannot be computed."""
@@ -490,7 +490,7 @@ def _is_alive(pid: int) -> bool:
     return True
 
 
-def _death_cause(exitcode: int | None) -> str:
+def death_cause(exitcode: int | None) -> str:
     if exitcode is None:
         return "unknown cause"
     if exitcode >= 0:
