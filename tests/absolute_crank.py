@@ -29,18 +29,6 @@ class Karnopp(NamedTuple):
         return -math.copysign(self.coefficient + fall, slip)
 
 
-class Tanh(NamedTuple):
-    """Smooth friction, which never sticks."""
-
-    coefficient: float  # 1
-    scale: float  # m/s
-    band = 0.0  # m/s
-
-    def kinetic(self, slip):
-        """Return the tangential over the normal force."""
-        return -self.coefficient * math.tanh(slip / self.scale)
-
-
 class Damped:
     """F = K pen^1.5 (1 + 0.75 (1 - e^2) rate / onset rate), at least 0: Lankarani & Nikravesh 1990."""
 

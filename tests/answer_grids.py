@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import answer_oracle as oracle
 import pyarrow.parquet as pq
 from hypothesis import strategies as st
+from right_grids import grid_of
 
 from clearsweep import grid as grids
 from clearsweep import simulation
@@ -38,36 +39,7 @@ LAW, SCALE = "joints.rod-slider.contact.law", "joints.rod-slider.friction.veloci
 RESTITUTION, FRICTION = "joints.rod-slider.contact.restitution", "joints.rod-slider.friction.coefficient"
 TOLERANCE, REVOLUTIONS = "simulate.tolerance", "simulate.revolutions"
 LENGTH_DEFINED, SPEED_DEFINED, MIXED = "define.gap", "define.pace", "define.both"
-BASE: dict[str, Any] = {
-    "name": "made-up",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
-        "rod": {"length": "120 mm", "mass": "0.2 kg", "inertia": "2e-4 kg*m^2"},
-        "slider": {"mass": "0.14 kg"},
-        "gravity": "0 m/s^2",
-    },
-    "drive": {"speed": "600 rpm"},
-    "loads": {
-        "press": {"on": "slider", "force": ["10 N", "0 N"]},
-        "back": {
-            "between": ["ground", "slider"],
-            "anchor": ["300 mm", "0 mm"],
-            "stiffness": "1 kN/m",
-            "free_length": 0,
-        },
-    },
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.1 mm",
-            "bearing_radius": "10 mm",
-            "contact": {"law": "flores", "stiffness": "1e9 N/m^1.5", "restitution": 0.5},
-            "friction": {"law": "tanh", "coefficient": 0.1, "velocity_scale": "1 mm/s"},
-        }
-    },
-    "simulate": {"revolutions": 4, "discard": 1},
-    "save": {"orbits": "none"},
-}
+BASE = grid_of("a crank under two loads")
 #: Paths to vary, each with values of which a prefix is taken; a dict has labels.
 VALUES: dict[str, list | dict] = {
     CLEARANCE: ["0.02 mm", "0.05 mm", "0.1 mm", "0.2 mm"],

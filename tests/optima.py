@@ -17,39 +17,12 @@ import time
 from pathlib import Path
 
 import numpy as np
-from fake_physics import BODIES
+from right_grids import grid_of
 
 import clearsweep
 
 JOINT, SPRING = "joints.rod-slider", "loads.spring"
-MACHINE = {
-    "name": "optima",
-    "mechanism": BODIES,
-    "drive": {"speed": "3000 rpm"},
-    "loads": {
-        "spring": {
-            "between": ["ground", "slider"],
-            "anchor": ["400 mm", "0 mm"],
-            "stiffness": "5 kN/m",
-            "free_length": "280 mm",
-        }
-    },
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.1 mm",
-            "bearing_radius": "10 mm",
-            "contact": {
-                "law": "lankarani-nikravesh",
-                "stiffness": "1e10 N/m^1.5",
-                "exponent": 1.5,
-                "restitution": 0.5,
-            },
-            "friction": {"law": "ambrosio", "coefficient": 0.05, "v0": "1 mm/s", "v1": "10 mm/s"},
-        }
-    },
-    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-6},
-    "save": {"orbits": "none"},
-}
+MACHINE = grid_of("a crank whose optimum is sought")
 #: Objectives to minimise, and the values of every key: ends, number, whether they are spaced logarithmically.
 PROBLEMS = {
     "spring": {

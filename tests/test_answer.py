@@ -9,6 +9,7 @@ import pytest
 from answer_grids import MadeUp
 from click.testing import CliRunner
 from judged_cases import CLEARANCE, FORCE, IMPACTS, SPEED, UNITS, answer_of, record_of, table_of
+from right_grids import text_of
 
 import clearsweep
 from clearsweep import grid as grids
@@ -275,20 +276,7 @@ def test_values_of_an_axis_that_differ_print_differently():
     assert texts == ["119.98 mm", "120 mm", "120.02 mm"]
 
 
-MOTOR = """
-name: start
-mechanism:
-  type: slider-crank
-  crank:  {length: 50 mm, mass: 0.30 kg, inertia: 1e-4 kg*m^2}
-  rod:    {length: 120 mm, mass: 0.21 kg, inertia: 2.5e-4 kg*m^2}
-  slider: {mass: 0.14 kg}
-drive: {motor: {stall_torque: 4 N*m, no_load_speed: 1500 rpm}, initial_speed: 0 rpm, inertia: 2e-3 kg*m^2}
-joints:
-  rod-slider: {clearance: 0.1 mm, bearing_radius: 10 mm, contact: {law: hertz, stiffness: 1e9 N/m^1.5}}
-simulate: {revolutions: 5, discard: 0, tolerance: 1e-6}
-save: {orbits: all, samples: 720}
-sweep: {drive.inertia: [1e-3 kg*m^2, 2e-2 kg*m^2]}
-"""
+MOTOR = text_of("a crank with a motor")
 
 
 @pytest.fixture(scope="module")

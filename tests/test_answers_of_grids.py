@@ -3,8 +3,8 @@
 import json
 
 import pytest
-from fake_physics import BODIES
 from mechanism_cases import changed
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import grid as grids
@@ -13,20 +13,7 @@ from clearsweep.language.errors import InputError
 
 CLEARANCE, SPEED, JOINT = "joints.rod-slider.clearance", "drive.speed", "joints.rod-slider"
 PEAK, IMPACTS = "rod_slider_force_peak", "rod_slider_impacts_per_rev"
-CRANK = {
-    "name": "answers",
-    "mechanism": BODIES,
-    "drive": {"speed": "1000 rpm"},
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.1 mm",
-            "bearing_radius": "10 mm",
-            "contact": {"law": "flores", "stiffness": "6.61e9 N/m^1.5", "restitution": 0.5},
-        }
-    },
-    "simulate": {"revolutions": 6, "discard": 2},
-    "save": {"orbits": "none"},
-}
+CRANK = grid_of("a crank of answers")
 SPEEDS = ["500 rpm", "1000 rpm", "1500 rpm", "2000 rpm"]
 THREE = ["0.02 mm", "0.2 mm", "0.5 mm"]
 

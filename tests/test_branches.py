@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from mechanism_cases import changed
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -71,26 +72,7 @@ def rotor(start="carried", **changes):
 
 def slider_crank(start="carried", **changes):
     """Return a slider-crank with clearance in one pin."""
-    tree = {
-        "mechanism": {
-            "type": "slider-crank",
-            "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-            "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
-            "slider": {"mass": 0.14},
-        },
-        "drive": {"speed": "600 rpm"},
-        "joints": {
-            "rod-slider": {
-                "clearance": 50e-6,
-                "bearing_radius": 0.01,
-                "contact": {"law": "flores", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.8},
-            }
-        },
-        "simulate": {"revolutions": 3, "discard": 1, "start": start},
-        "sweep": {"drive.speed": ["500 rpm", "600 rpm"]},
-        "save": {"orbits": "all"},
-    }
-    tree["joints"]["rod-slider"]["contact"]["elastic"] = "power"
+    tree = changed(grid_of("a speed that carries on"), {"simulate.start": start})
     return changed(tree, changes)
 
 

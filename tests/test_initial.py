@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import simulation
@@ -24,27 +25,9 @@ BALL = {"x": 2e-3, "y": -1e-3, "angle": 0.3, "vx": 1.0, "vy": 0.5, "rate": 20.0}
 
 def grid(gravity=0.0, **initial):
     """Return a ball in a ring of 50 mm, next to a wheel that is driven."""
-    return {
-        "mechanism": {
-            "type": "planar",
-            "gravity": gravity,
-            "bodies": {
-                "ground": {"points": {"axle": STILL, "ring": STILL}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": STILL}},
-                "ball": {"mass": 0.1, "inertia": 1e-5, "points": {"middle": STILL}, "initial": initial},
-            },
-            "joints": {
-                "axle": {"type": "revolute", "between": ["ground.axle", "wheel.axle"]},
-                "ring": {"type": "revolute", "between": ["ground.ring", "ball.middle"]},
-            },
-            "driven": "axle",
-            "output": {"body": "wheel"},
-        },
-        "drive": {"speed": 2.0 * math.pi / 0.02},
-        "joints": {"ring": {"clearance": 0.05, "bearing_radius": 0.06, "contact": CONTACT}},
-        "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-11},
-        "save": {"orbits": "all"},
-    }
+    source = grid_of("bodies that fall")
+    source["mechanism"]["gravity"], source["mechanism"]["bodies"]["ball"]["initial"] = gravity, initial
+    return source
 
 
 def test_a_free_body_flies_from_where_it_starts_as_a_body_in_free_fall():

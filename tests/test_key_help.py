@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 from click.testing import CliRunner
+from right_grids import text_of
 
 from clearsweep import grid
 from clearsweep.cli import verbs
@@ -127,21 +128,7 @@ def test_the_lines_of_the_documentation_complete_commands(shell):
 # `clearsweep list --for GRID`: what laws say of where they hold, compared against a joint.
 
 
-GRID = """\
-mechanism:
-  type: slider-crank
-  crank:  {length: 50 mm, mass: 0.30 kg, inertia: 1e-4 kg*m^2}
-  rod:    {length: 120 mm, mass: 0.21 kg, inertia: 2.5e-4 kg*m^2}
-  slider: {mass: 0.14 kg}
-drive: {speed: 1000 rpm}
-joints:
-  rod-slider:
-    clearance: 0.1 mm
-    bearing_radius: 10 mm
-    length: 20 mm
-    contact: {law: flores, elastic: johnson, material: {young: 207 GPa, poisson: 0.3}, restitution: 0.7}
-sweep: {joints.rod-slider.clearance: [4 um, 0.1 mm]}
-"""
+GRID = text_of("a crank with law and friction")
 
 
 @pytest.fixture

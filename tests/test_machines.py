@@ -20,9 +20,7 @@ from clearsweep.simulation.setup.scene import scheduled_clock
 
 CATALOGUE = simulation.catalogue()
 CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}
-PIN = {"clearance": "0.1 mm", "bearing_radius": "10 mm", "contact": CONTACT}
 RPM = 2.0 * math.pi / 60.0
-LINK = {"mass": 0.2, "inertia": 2e-4}
 SLIDER_CRANK = grid_of("a slider-crank of text")
 FOUR_BAR = grid_of("a four-bar")
 PLANAR = grid_of("a planar machine")

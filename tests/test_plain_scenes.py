@@ -20,6 +20,7 @@ import test_vibration
 import test_wear_in_space
 from fake_runs import CONFIGS
 from mechanism_cases import changed, slider_crank
+from right_grids import grid_of
 from spatial_cases import spatial
 
 import clearsweep
@@ -62,18 +63,7 @@ OWN = {
     "friction": test_own_laws.MY_LUGRE,
     "wear": {"law": "my-archard", "k": 2e-15},
 }
-PARALLELOGRAM = {
-    "mechanism": {
-        "type": "four-bar",
-        "ground": {"length": 0.13},
-        "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-        "coupler": {"length": 0.13, "mass": 0.2, "inertia": 1e-4},
-        "rocker": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-    },
-    "drive": {"speed": 100.0, "start_angle": 1.0},
-    "joints": {"coupler-rocker": test_drives.MACHINE["joints"]["rod-slider"]},
-    "simulate": {},
-}
+PARALLELOGRAM = grid_of("a parallelogram")
 
 
 def driven(drive, **loads):

@@ -471,9 +471,3 @@ def test_what_moves_without_mass_is_refused():
     with pytest.raises(MobilityError, match="slider"):
         planar.build(machine._replace(bodies=bodies), {"slider-ground": BLOCK}, {})
     planar.build(machine._replace(bodies=bodies), {"rod-slider": None}, {})
-
-
-# ---------------------------------------------------------------------------------------------- a whole motion
-
-
-CHANGES = {"simulate.tolerance": 1e-12, "save.orbits": "all"}

@@ -28,27 +28,7 @@ from clearsweep.report.study import prepare
 from clearsweep.store import durable
 
 CLEARANCE, LENGTH = 1e-4, 0.05
-GUIDE = {
-    "name": "guide",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": 0.043, "mass": 1.0, "inertia": 1e-3},
-        "rod": {"length": 0.14, "mass": 0.5, "inertia": 2e-3, "center": 0.06},
-        "slider": {"mass": 0.45, "inertia": 5e-4},
-    },
-    "drive": {"speed": "1000 rpm"},
-    "joints": {
-        "slider-ground": {
-            "clearance": CLEARANCE,
-            "length": LENGTH,
-            "height": 0.08,
-            "contact": {"law": "flores", "stiffness": 5e10, "restitution": 0.4},
-            "friction": {"law": "ambrosio", "coefficient": 0.1, "v0": 1e-3, "v1": 1e-2},
-        }
-    },
-    "simulate": {"revolutions": 1.0, "discard": 0.0, "tolerance": 1e-6},
-    "save": {"orbits": "last", "revolutions": 1, "samples": 360},
-}
+GUIDE = grid_of("a guide in the player")
 
 
 def unpacked(text):

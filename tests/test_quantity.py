@@ -11,6 +11,7 @@ import yaml
 from fake_runs import CATALOGUE, TEXT
 from hypothesis import given
 from hypothesis import strategies as st
+from right_grids import text_of
 
 from clearsweep import grid, simulation
 from clearsweep.contracts.catalogue import LARGEST, Field
@@ -294,16 +295,7 @@ def test_what_cannot_be_a_unit_is_refused_as_one(written):
 # Numbers without a unit in a grid file: refused next to others with one, else said; sizes that no machine has.
 
 
-BARE = """\
-mechanism:
-  type: slider-crank
-  crank: {length: 50, mass: 0.30, inertia: 1e-4}
-  rod: {length: 120, mass: 0.21, inertia: 2.5e-4, center: 60}
-  slider: {mass: 0.14}
-drive: {speed: 1500}
-joints:
-  rod-slider: {clearance: 0.1, bearing_radius: 10, contact: {law: flores, stiffness: 6.61e10, restitution: 0.5}}
-"""
+BARE = text_of("a grid without units")
 
 
 @pytest.mark.parametrize(

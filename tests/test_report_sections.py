@@ -364,7 +364,7 @@ def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form():
     assert message["Slider position error"].replace("\u00a0", " ") == "Slider error, at most 2.00 µm."
 
 
-JOINT, P99, PEAK = "joints.rod-slider", "rod_slider_force_p99", "rod_slider_force_peak"
+JOINT, PEAK = "joints.rod-slider", "rod_slider_force_peak"
 SLOW, FAST = 30.0, 500.0  # rad/s: forces of 10 N and of 10 kN
 SPEEDS = {"drive.speed": [SLOW, 150.0, FAST], f"{JOINT}.clearance": [5e-5, 5e-4]}
 

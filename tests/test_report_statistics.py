@@ -10,6 +10,7 @@ import pytest
 from fake_runs import RPM, Run
 from hypothesis import given
 from hypothesis import strategies as st
+from right_grids import grid_of
 from scipy import stats
 from scipy.stats import binom, kendalltau
 from test_sensitivity import CLEARANCE, PEAK, SPEED, YOUNG, linear, run  # noqa: F401 - a fixture
@@ -352,27 +353,7 @@ def test_what_is_drawn_is_each_case_of_b_over_that_of_a():
 
 
 MASS, CRANK, YOKE_SPEED, YOKE_CLEARANCE = 1.2, 0.04, 31.4159, 2e-5  # kg, m, rad/s, m
-YOKE = {
-    "name": "yoke",
-    "mechanism": {
-        "type": "planar",
-        "bodies": {
-            "ground": {"points": {"o": [0.0, 0.0]}},
-            "crank": {"mass": 0.5, "inertia": 1e-3, "points": {"o": [0.0, 0.0], "pin": [CRANK, 0.0]}},
-            "yoke": {"mass": MASS, "inertia": 1e-2, "points": {"mid": [0.0, 0.0]}},
-        },
-        "joints": {
-            "main": {"type": "revolute", "between": ["ground.o", "crank.o"]},
-            "rail": {"type": "prismatic", "between": ["ground.o", "yoke.mid"]},
-            "slot": {"type": "slot", "between": ["yoke.mid", "crank.pin"], "axis": "90 deg"},
-        },
-        "driven": "main",
-        "output": {"body": "yoke", "point": "mid"},
-    },
-    "drive": {"speed": YOKE_SPEED},
-    "joints": {"slot": {"clearance": YOKE_CLEARANCE, "bearing_radius": 8e-3, "slot_length": 0.1}},
-    "simulate": {"revolutions": 6, "discard": 3},
-}
+YOKE = grid_of("a yoke")
 
 
 @pytest.mark.parametrize("stiffness", [1e7, 1e11])

@@ -5,39 +5,13 @@ import math
 import re
 
 import pytest
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep.simulation import warnings
 
 GROUND, CRANK, COUPLER, ROCKER = 0.13, 0.05, 0.12, 0.1  # m
-FOUR_BAR = {
-    "mechanism": {
-        "type": "planar",
-        "bodies": {
-            "ground": {"points": {"o": [0.0, 0.0], "p": [GROUND, 0.0]}},
-            "crank": {"mass": 0.3, "inertia": 1e-4, "points": {"o": [0.0, 0.0], "a": [CRANK, 0.0]}},
-            "coupler": {"mass": 0.21, "inertia": 2.5e-4, "points": {"a": [0.0, 0.0], "b": [COUPLER, 0.0]}},
-            "rocker": {"mass": 0.25, "inertia": 2.2e-4, "points": {"p": [0.0, 0.0], "b": [ROCKER, 0.0]}},
-        },
-        "joints": {
-            "main": {"type": "revolute", "between": ["ground.o", "crank.o"]},
-            "a": {"type": "revolute", "between": ["crank.a", "coupler.a"]},
-            "b": {"type": "revolute", "between": ["coupler.b", "rocker.b"]},
-            "p": {"type": "revolute", "between": ["ground.p", "rocker.p"]},
-        },
-        "driven": "main",
-        "output": {"body": "rocker"},
-    },
-    "drive": {"speed": 30.0},
-    "joints": {
-        "b": {
-            "clearance": 1e-4,
-            "bearing_radius": 0.01,
-            "contact": {"law": "flores", "stiffness": 5e9, "exponent": 1.5, "restitution": 0.6},
-        }
-    },
-    "simulate": {"revolutions": 3, "discard": 1},
-}
+FOUR_BAR = grid_of("a four-bar that may start in two ways")
 
 
 def notes(start):

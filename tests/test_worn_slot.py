@@ -12,7 +12,7 @@ from clearsweep.simulation.setup.scene import build
 
 pytestmark = pytest.mark.heavy
 
-RADIUS, PIN, CLEARANCE, PERIMETER = 6e-3, 5.95e-3, 5e-5, 0.24 + 2.0 * math.pi * 6e-3  # m
+RADIUS, PIN, PERIMETER = 6e-3, 5.95e-3, 0.24 + 2.0 * math.pi * 6e-3  # m
 BIN_CENTRES = (np.arange(BINS) + 0.5) * PERIMETER / BINS  # m, along the perimeter
 
 

@@ -16,32 +16,12 @@ import numpy as np
 import psutil
 import pyarrow as pa
 import pyarrow.parquet as pq
-from fake_physics import BODIES
+from right_grids import grid_of
 
 from clearsweep.contracts.results import TIMINGS
 
 ROOT = Path(__file__).parent.parent
-GRID = {
-    "name": "torture",
-    "mechanism": BODIES,
-    "drive": {"speed": "5000 rpm"},
-    "joints": {
-        "rod-slider": {
-            "clearance": "0.5 mm",
-            "bearing_radius": "10 mm",
-            "length": "20 mm",
-            "contact": {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.9},
-            "wear": {"law": "archard", "coefficient": "2e-14 m^2/N", "bins": 72},
-        }
-    },
-    "simulate": {"revolutions": 6, "discard": 1},
-    "save": {"orbits": "last", "revolutions": 1, "samples": 72},
-    "sweep": {
-        "joints.rod-slider.clearance": {"linspace": ["0.1 mm", "0.5 mm", 10]},
-        "joints.rod-slider.contact.restitution": {"linspace": [0.5, 0.95, 10]},
-        "drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 10]},
-    },
-}
+GRID = grid_of("a crank that is tortured")
 JOINT = GRID["joints"]["rod-slider"]
 #: Cases in many blocks, of some tenths of a second each.
 LIVES = GRID | {

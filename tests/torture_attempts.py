@@ -12,6 +12,8 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
+from right_grids import text_of
+
 SECONDS = 60.0  # time limit of an attempt, including loading and compiling
 TROUBLE = re.compile(r"Traceback|internal error|[\x00-\x08\x0b-\x1f\x7f]")
 
@@ -37,21 +39,7 @@ AXES = {
     "mechanism.rod.inertia": ("1e-4", "2e-4"),
     "mechanism.crank.inertia": ("1e-4", "2e-4"),
 }
-GRID = """name: attempt
-mechanism:
-  type: slider-crank
-  crank: {length: 50 mm, mass: 0.3, inertia: 1e-4}
-  rod: {length: 120 mm, mass: 0.21, inertia: 2.5e-4}
-  slider: {mass: 0.14 kg}
-drive: {speed: 5000 rpm}
-joints:
-  rod-slider:
-    clearance: 0.5 mm
-    bearing_radius: 10 mm
-    length: 20 mm
-    contact: {law: lankarani-nikravesh, stiffness: 6.61e10 N/m^1.5, restitution: 0.9}
-simulate: {revolutions: 3, discard: 1}
-"""
+GRID = text_of("a crank of attempts")
 SWEEP = "sweep:\n  joints.rod-slider.clearance: {linspace: [0.1 mm, 0.5 mm, 6]}\n"
 
 
