@@ -19,7 +19,6 @@ from clearsweep.simulation.machine.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.setup.scene import scheduled_clock
 
 CATALOGUE = simulation.catalogue()
-CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}
 RPM = 2.0 * math.pi / 60.0
 SLIDER_CRANK = grid_of("a slider-crank of text")
 FOUR_BAR = grid_of("a four-bar")
