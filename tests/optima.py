@@ -22,7 +22,7 @@ from right_grids import grid_of
 import clearsweep
 
 JOINT, SPRING = "joints.rod-slider", "loads.spring"
-MACHINE = grid_of("a crank whose optimum is sought")
+MACHINE = grid_of("a crank to optimise")
 #: Objectives to minimise, and the values of every key: ends, number, whether they are spaced logarithmically.
 PROBLEMS = {
     "spring": {
