@@ -30,13 +30,9 @@ def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed or
     scheduler lost, 129 hung up, 130 interrupted, 143 terminated."""
     exit_codes.survive_closed_streams()
-    code = exit_code_of(arguments)
+    code = exit_codes.run(verbs, arguments)
     sys.stdout.flush()
     sys.exit(code)
-
-
-def exit_code_of(arguments: list[str] | None) -> int:
-    return exit_codes.run(verbs, arguments)
 
 
 class _Verb(click.Command):

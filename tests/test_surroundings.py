@@ -168,7 +168,7 @@ def test_limits_that_are_met_on_the_way_are_reported_with_their_remedy(monkeypat
         raise error
 
     monkeypatch.setattr(cli.verbs, "main", fail)
-    assert cli.exit_code_of(["laws"]) == 2
+    assert exit_codes.run(cli.verbs, ["laws"]) == 2
     message = capsys.readouterr().err
     assert text in message
     assert len(message.splitlines()) == 1

@@ -17,8 +17,8 @@ from test_seek import searching
 from test_sweep import same_results
 
 import clearsweep
-from clearsweep import store
-from clearsweep.cli import exit_code_of
+from clearsweep import exit_codes, store
+from clearsweep.cli import verbs
 from clearsweep.language.errors import DamagedError, DirectoryError, StorageError
 from clearsweep.report import page_of
 from clearsweep.report.blocks.table import Column, Table
@@ -171,7 +171,7 @@ def test_a_crafted_record_is_refused_in_a_sentence_and_writes_nothing(run, path,
     crafted(run, change)
     there = sorted(run.parent.rglob("*"))
     for verb in (["report", str(run), "--tables", str(run.parent / "sub")], ["status", str(run)]):
-        assert exit_code_of(verb) == 2
+        assert exit_codes.run(verbs, verb) == 2
         message = capsys.readouterr().err
         assert "Traceback" not in message
         assert str(run) in message
@@ -274,7 +274,7 @@ def test_a_batch_that_is_damaged_while_a_run_works_is_said_and_runs_again(tmp_pa
 def test_another_form_of_directories_is_refused_by_every_verb_with_what_to_do(run, schema, capsys):
     crafted(run, lambda content: content["frame"].update(schema=schema))
     for verb in (["report"], ["report", "--all"], ["status"], ["show", "0"]):
-        assert exit_code_of([verb[0], str(run), *verb[1:]]) == 2
+        assert exit_codes.run(verbs, [verb[0], str(run), *verb[1:]]) == 2
         message = capsys.readouterr().err
         assert "run the grid again into another directory, or read it with that version" in message
 
@@ -291,7 +291,7 @@ def test_a_record_of_an_older_version_is_refused_by_its_version(source, run, ver
             swept(source, run)
         message = str(caught.value)
     else:
-        assert exit_code_of([verb, str(run)]) == 2
+        assert exit_codes.run(verbs, [verb, str(run)]) == 2
         message = capsys.readouterr().err
     assert "is of model version '12', written by clearsweep '0.0.9'" in message
     assert "Run the grid again into another directory, or read it with that version" in message
@@ -307,7 +307,7 @@ def test_a_record_without_what_every_one_has_is_refused(run, key):
 
 def test_all_cases_of_another_model_version_are_not_put_together(run, capsys):
     crafted(run, lambda content: content.update(model_version="1"))
-    assert exit_code_of(["report", str(run), "--all"]) == 2
+    assert exit_codes.run(verbs, ["report", str(run), "--all"]) == 2
     assert "another version wrote its cases" in capsys.readouterr().err
 
 
@@ -402,7 +402,7 @@ def test_orbits_with_other_datasets_than_the_contract_are_refused_and_restored(p
     crafted_orbits(copied, ORBITS[name](plain.parent))
     with pytest.raises(DamagedError, match=r"orbits\.h5: damaged .*run the grid again"):
         clearsweep.open(copied)
-    assert exit_code_of(["report", str(copied)]) == 2
+    assert exit_codes.run(verbs, ["report", str(copied)]) == 2
     assert "Traceback" not in capsys.readouterr().err
     assert swept(fake_physics.grid(2), copied).ran == 0
     assert same_results(plain, copied)
@@ -467,7 +467,7 @@ def test_a_summary_of_other_rows_or_values_is_refused_and_restored(plain, copied
         copied,
         lambda content: content["merged"].update({"summary.parquet": durable.checksum(copied / "summary.parquet")}),
     )
-    assert exit_code_of(["report", str(copied)]) == 2
+    assert exit_codes.run(verbs, ["report", str(copied)]) == 2
     message = capsys.readouterr().err
     assert "Traceback" not in message
     assert "summary.parquet" in message or "its cases are not those of summary.parquet" in message
@@ -536,7 +536,7 @@ BATCHES = {
 def test_a_batch_that_no_run_writes_is_named_by_every_verb_and_runs_again(plain, copied, name, capsys):
     batch_of(copied, BATCHES[name])
     for verb in (["status", str(copied)], ["clean", str(copied), "--dry-run"]):
-        assert exit_code_of(verb) in (0, 2)
+        assert exit_codes.run(verbs, verb) in (0, 2)
         assert "Traceback" not in capsys.readouterr().err
     damage = store.status(copied, every_file=True)["damage"]
     assert any(place in sentence for place in ("parts/", "shards/") for sentence in damage)
@@ -668,11 +668,11 @@ def test_an_empty_file_and_what_clearsweep_wrote_are_replaced(tmp_path, old):
 def test_a_report_is_written_again_but_never_over_a_grid(copied, tmp_path, capsys):
     grid = tmp_path / "g.yaml"
     grid.write_text("name: mine\n")
-    assert exit_code_of(["report", str(copied), "--out", str(grid)]) == 2
+    assert exit_codes.run(verbs, ["report", str(copied), "--out", str(grid)]) == 2
     assert grid.read_text() == "name: mine\n"
     outputs = ["--tables", str(tmp_path / "tables"), "--figures", str(tmp_path / "figures")]
     for _ in range(2):
-        assert exit_code_of(["report", str(copied), *outputs]) == 0
+        assert exit_codes.run(verbs, ["report", str(copied), *outputs]) == 0
 
 
 @pytest.mark.parametrize("start", ["=", "+", "-", "@", " =", "\t=", "\uff1d"])

@@ -8,7 +8,7 @@ from collections import Counter
 from pathlib import Path
 
 import clearsweep
-from clearsweep import cli
+from clearsweep import cli, exit_codes
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import ClearsweepError
 
@@ -39,7 +39,7 @@ def command(*arguments: object) -> tuple[int, str]:
     """Return the exit code and the output of a command line."""
     text = io.StringIO()
     with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
-        code = cli.exit_code_of([str(argument) for argument in arguments])
+        code = exit_codes.run(cli.verbs, [str(argument) for argument in arguments])
     return code, text.getvalue()
 
 

@@ -491,6 +491,7 @@ def _is_alive(pid: int) -> bool:
 
 
 def death_cause(exitcode: int | None) -> str:
+    """Return why a worker died, by its exit code, as a message says it."""
     if exitcode is None:
         return "unknown cause"
     if exitcode >= 0:
