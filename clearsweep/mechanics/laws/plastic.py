@@ -7,24 +7,7 @@ from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
-from .contract import (
-    NEVER,
-    TOUCHING,
-    UNKNOWN,
-    Guard,
-    current_piece,
-    depth_variable,
-    distances_past_kinks,
-    guard_values,
-    guards,
-    kink_variable,
-    kinks,
-    latched,
-    penetration_variable,
-    rate_variable,
-    register,
-    register_pieces,
-)
+from . import contract
 from .elastic import elastic_force, plane_strain_modulus, relative_radius
 from .loss import (
     RESTITUTION,
@@ -153,45 +136,45 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     return force, max(force, 0.0)
 
 
-@kinks.member(YieldingSphere)
+@contract.kinks.member(YieldingSphere)
 def _kinks_yielding_sphere(law):
     plastic_ratio = (law.plastic_factor / SECOND_FIT[0]) ** (1.0 / (0.5 + SECOND_FIT[1]))
     depth_ratios = 1.0, FIRST_FIT_BEGIN, SECOND_FIT_BEGIN, plastic_ratio
     return tuple([law.yield_depth * depth_ratio for depth_ratio in depth_ratios])
 
 
-kink_variable.member(YieldingSphere)(depth_variable)
-guards.member(YieldingSphere)(lambda law: (*_guards_plastic(law), Guard(TOUCHING)))
+contract.kink_variable.member(YieldingSphere)(contract.depth_variable)
+contract.guards.member(YieldingSphere)(lambda law: (*_guards_plastic(law), contract.Guard(contract.TOUCHING)))
 
 
-@guard_values.member(YieldingSphere)
+@contract.guard_values.member(YieldingSphere)
 def _guard_values_yielding_sphere(law, start, contact, root):
     if law.deepest == 0.0:
-        distance_past_kink, _ = distances_past_kinks(kinks(law), start.contact.depth, contact.depth)
-        return -contact.rate, NEVER, distance_past_kink
-    return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest), NEVER
+        distance_past_kink, _ = contract.distances_past_kinks(contract.kinks(law), start.contact.depth, contact.depth)
+        return -contact.rate, contract.NEVER, distance_past_kink
+    return contract.NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest), contract.NEVER
 
 
-@guards.member(Plastic)
+@contract.guards.member(Plastic)
 def _guards_plastic(law):
-    return Guard(TOUCHING), Guard(TOUCHING)
+    return contract.Guard(contract.TOUCHING), contract.Guard(contract.TOUCHING)
 
 
-@guard_values.member(Plastic)
+@contract.guard_values.member(Plastic)
 def _guard_values_plastic(law, start, contact, root):
     if law.deepest == 0.0:
-        return -contact.rate, NEVER
-    return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest)
+        return -contact.rate, contract.NEVER
+    return contract.NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest)
 
 
-@latched.member(YieldingSphere, Plastic)
+@contract.latched.member(YieldingSphere, Plastic)
 def _latched_yielding_sphere_or_plastic(law, event, contact, root):
     if event == UNLOADING:
         return (max(root * root, MIN_DEPTH),)
     return (0.0,)
 
 
-register(
+contract.register(
     declared_law(
         "law lankarani-nikravesh-plastic: yields during loading, unloads elastically from an indentation",
         "F = F_elastic(pen) while pen deepens; below the deepest, pen_m, where it last turned back: "
@@ -227,7 +210,7 @@ def yield_depth(joint) -> float:
     return (pressure / (2.0 * plane_strain_modulus(joint.contact.material))) ** 2 * relative_radius(joint)
 
 
-register(
+contract.register(
     declared_law(
         "law kogut-etsion: a ball in a socket that yields as a finite-element model of a sphere, from a hardness",
         "F = F_elastic least(1, 1.03 x^-0.075, 1.40 x^-0.237, (3 / K) x^-0.5) while pen deepens, x = max(1, pen / "
@@ -287,7 +270,7 @@ def _make_tsuji(joint):
     return RootDamper(alpha * math.sqrt(parameters["mass"]))
 
 
-register(
+contract.register(
     declared_law(
         "law tsuji: damped Hertzian spring with exactly the specified restitution",
         "F = F_elastic + alpha sqrt(mass F_elastic / pen) rate, alpha = -sqrt(2 (n + 1)) ln e / sqrt(pi^2 + ln(e)^2); "
@@ -307,11 +290,11 @@ class ApproachRootDamper(NamedTuple):
     """A RootDamper during approach; only the elastic force during rebound."""
 
     damping: float  # kg^0.5
-    piece: float = UNKNOWN
+    piece: float = contract.UNKNOWN
 
 
-register_pieces(ApproachRootDamper, rate_variable)
-kinks.member(ApproachRootDamper)(zero_rate_kink)
+contract.register_pieces(ApproachRootDamper, contract.rate_variable)
+contract.kinks.member(ApproachRootDamper)(zero_rate_kink)
 
 
 @register_contact_force(ApproachRootDamper, pulls=False, times_elastic=False)
@@ -331,7 +314,7 @@ def _make_jankowski(joint):
     return ApproachRootDamper(2.0 * jankowski_ratio(parameters["restitution"]) * math.sqrt(parameters["mass"]))
 
 
-register(
+contract.register(
     declared_law(
         "law jankowski: Hertzian spring, damped only during the approach",
         "F = F_elastic + 2 xi sqrt(mass F_elastic / pen) rate while rate > 0, else F_elastic; "
@@ -368,7 +351,7 @@ def _make_anagnostopoulos(joint):
     return PullingSpring(2.0 * zeta * math.sqrt(parameters["stiffness"] * parameters["mass"]))
 
 
-register(
+contract.register(
     declared_law(
         "law anagnostopoulos: linear spring and damper from the restitution",
         "F = k pen + c rate, c = 2 zeta sqrt(k mass), zeta = -ln e / sqrt(pi^2 + ln(e)^2)",
@@ -385,7 +368,7 @@ register(
 )
 
 
-register(
+contract.register(
     declared_law(
         "law kelvin-voigt-unclipped: linear spring and damper that pulls until the surfaces part",
         "F = k pen + c rate",
@@ -409,7 +392,7 @@ class ViscousSpring(NamedTuple):
 register_contact_force(ViscousSpring, pulls=False, times_elastic=False)(_viscous_spring)
 
 
-register(
+contract.register(
     declared_law(
         "law kelvin-voigt: linear spring and damper, clipped",
         "F = max(0, k pen + c rate)",
@@ -425,7 +408,7 @@ register(
 )
 
 
-register(
+contract.register(
     declared_law(
         "law ristow: elastic force and a constant damper, clipped",
         "F = max(0, F_elastic + damping rate)",
@@ -451,7 +434,7 @@ def _root_viscous(law, elastic, pen, rate, onset_rate):
     return force + law.damping * math.sqrt(pen) * rate, force
 
 
-register(
+contract.register(
     declared_law(
         "law kuwabara-kono: viscoelastic spheres, clipped",
         "F = max(0, F_elastic + damping sqrt(pen) rate)",
@@ -468,23 +451,23 @@ class SteppedDamper(NamedTuple):
 
     damping: float  # c, N s/m
     depth: float  # m
-    piece: float = UNKNOWN
+    piece: float = contract.UNKNOWN
 
 
-register_pieces(SteppedDamper, penetration_variable)
+contract.register_pieces(SteppedDamper, contract.penetration_variable)
 
 
-kinks.member(SteppedDamper)(lambda law: (law.depth,))
+contract.kinks.member(SteppedDamper)(lambda law: (law.depth,))
 
 
 @register_contact_force(SteppedDamper, pulls=False, times_elastic=False)
 def _stepped_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    x = where(current_piece(law.piece, kinks(law), pen) == 0.0, pen / law.depth, 1.0)
+    x = where(contract.current_piece(law.piece, contract.kinks(law), pen) == 0.0, pen / law.depth, 1.0)
     return force + law.damping * x * x * (3.0 - 2.0 * x) * rate, force
 
 
-register(
+contract.register(
     declared_law(
         "law adams-impact: the IMPACT function of MSC Adams",
         "F = max(0, F_elastic + damping step(pen) rate), step = 3 x^2 - 2 x^3 of x = min(1, pen / depth)",

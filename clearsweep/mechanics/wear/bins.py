@@ -34,43 +34,11 @@ from . import (
     Bins,
     JointAccount,
     NoWear,
+    arc,
     contact_angle,
     cumulative_pressure,
     smooth_range,
     update_wear_over_span,
-)
-from .arc import (
-    BASIS,
-    BASIS_INTEGRAL,
-    DEGREE,
-    FIT,
-    INDICES,
-    INVERSE_WEIGHTS,
-    NODES,
-    PAIRS,
-    POINTS,
-    SMALLEST_HALF_ANGLE,
-    SPACINGS,
-    UNIT_WEIGHTS,
-    StepRows,
-    Workspace,
-    account_span,
-    accumulate_distance,
-    end_row,
-    evaluate_arc,
-    evaluate_columns,
-    evaluate_polynomial,
-    fit_arc,
-    fit_row,
-    inside_time,
-    is_monotonic,
-    range_of_row,
-    region_of,
-    row_sum,
-    unfitted_edges,
-    wear_before_edge,
-    write_passing_times,
-    write_wear_before_passed_edges,
 )
 from .laws import UniformPressure
 
@@ -97,16 +65,16 @@ class BinCursor(NamedTuple):
 @kernel
 def edges_of(pressure, rows, width):
     """Return the number of the last edge before the arc, Edges, and the last edge met; `width` (rad) apart."""
-    (first_edge, start), (stop_edge, last_edge) = range_of_row(rows.start), range_of_row(rows.stop)
+    (first_edge, start), (stop_edge, last_edge) = arc.range_of_row(rows.start), arc.range_of_row(rows.stop)
     passed_by_start, passed_by_stop = math.floor(start / width), math.floor(stop_edge / width)
     near_start, near_stop = passed_by_start, passed_by_stop
     if smooth_range(pressure) < 1.0:
-        for i in lane_range(POINTS):
+        for i in lane_range(arc.POINTS):
             margin = (1.0 - smooth_range(pressure)) * rows.half[i]
             rows.term[i] = rows.start[i] + margin
             rows.second_term[i] = rows.stop[i] - margin
-        near_start = math.floor(range_of_row(rows.term)[1] / width)
-        near_stop = math.floor(range_of_row(rows.second_term)[0] / width)
+        near_start = math.floor(arc.range_of_row(rows.term)[1] / width)
+        near_stop = math.floor(arc.range_of_row(rows.second_term)[0] / width)
     edges = Edges(passed_by_start, near_start, near_stop, passed_by_stop)
     return math.floor(first_edge / width), edges, math.floor(last_edge / width)
 
@@ -121,14 +89,14 @@ def write_wear_before_edges(pressure, rows, edge, edges, last_edge):
     last_edges, width = edges
     angle = edge * width
     is_start_end, is_stop_end = edge <= last_edges.start, edge > last_edges.stop
-    count = min(POINTS, (min(last_edges.start, last_edges.stop) if is_start_end else last_edge) - edge + 1)
+    count = min(arc.POINTS, (min(last_edges.start, last_edges.stop) if is_start_end else last_edge) - edge + 1)
     is_single = is_start_end == is_stop_end or count < MIN_BATCH
-    if is_single or not is_monotonic(end_row(rows, -1.0 if is_start_end else 1.0)):
-        rows.worn[0] = wear_before_edge(pressure, rows, angle)
+    if is_single or not arc.is_monotonic(arc.end_row(rows, -1.0 if is_start_end else 1.0)):
+        rows.worn[0] = arc.wear_before_edge(pressure, rows, angle)
         return 1
     end = -1.0 if is_start_end else 1.0
-    write_passing_times(rows, end, angle, width)
-    write_wear_before_passed_edges(pressure, rows, end, angle, width)
+    arc.write_passing_times(rows, end, angle, width)
+    arc.write_wear_before_passed_edges(pressure, rows, end, angle, width)
     return count
 
 
@@ -160,7 +128,7 @@ def update_bins_inside_arc(pressure, rows, bins, span, cursor):
     for edge in range(span[0] + 1, span[1] + 1):
         if index_in_batch == batch_size:
             write_wear_before_inner_edges(pressure, rows, edge * width, width)
-            batch_size, index_in_batch = POINTS, 0
+            batch_size, index_in_batch = arc.POINTS, 0
         cursor = update_wear_bin(rows, bins, index_in_batch, cursor)
         index_in_batch += 1
     return cursor
@@ -169,9 +137,9 @@ def update_bins_inside_arc(pressure, rows, bins, span, cursor):
 @kernel
 def write_wear_before_inner_edges(pressure, rows, edge, width):
     """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to `worn`."""
-    for k in lane_range(POINTS):
-        angle, total = edge + INDICES[k] * width, 0.0
-        for i in range(POINTS):
+    for k in lane_range(arc.POINTS):
+        angle, total = edge + arc.INDICES[k] * width, 0.0
+        for i in range(arc.POINTS):
             x = (angle - rows.middle[i]) * rows.per_half[i]
             total += rows.area[i] * cumulative_pressure(pressure, x, rows.half[i])
         rows.worn[k] = total
@@ -180,7 +148,7 @@ def write_wear_before_inner_edges(pressure, rows, edge, width):
 @kernel
 def update_body_wear(pressure, rows, bins):
     """Add the wear of the arc to a body, from the points in its rows."""
-    total = row_sum(rows.area)
+    total = arc.row_sum(rows.area)
     if total <= 0.0:
         return
     width = 2.0 * math.pi / bins.count
@@ -188,8 +156,8 @@ def update_body_wear(pressure, rows, bins):
     begin, end = edges.near_start, edges.near_stop  # between them the edges that are within the arc
     if end <= begin:
         begin, end = last_edge, last_edge
-    if max(begin - first_edge, last_edge - end) > unfitted_edges(pressure):
-        fit_arc(pressure, rows)
+    if max(begin - first_edge, last_edge - end) > arc.unfitted_edges(pressure):
+        arc.fit_arc(pressure, rows)
     cursor = BinCursor(first_edge % bins.count, 0.0, total)
     cursor = update_bins_at_arc_ends(pressure, rows, bins, (first_edge, begin), (edges, width), cursor)
     cursor = update_bins_inside_arc(pressure, rows, bins, (begin, end), cursor)
@@ -200,7 +168,7 @@ def update_body_wear(pressure, rows, bins):
 @kernel
 def update_wear_over_arc(joint, workspace, step_length, span, bins):
     """Do what `update_wear_over_span` says, under an arc whose middle is the point of contact."""
-    evaluate_arc(joint, workspace, step_length, span[0], span[1])
+    arc.evaluate_arc(joint, workspace, step_length, span[0], span[1])
     update_body_wear(joint.wear.pressure, workspace.bearing, bins[0])
     update_body_wear(joint.wear.pressure, workspace.journal, bins[1])
 
@@ -219,7 +187,7 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
     """
     for i in lane_range(PARTS):  # the row of the durations is free until a span is added
         workspace.step.duration[i] = values[SLIP_ROW, i] * values[SLIP_ROW, i + 1]
-    low, reverses = 0.0, range_of_row(workspace.step.duration)[0] < 0.0
+    low, reverses = 0.0, arc.range_of_row(workspace.step.duration)[0] < 0.0
     for i in rolled_range(0 if reverses else PARTS, PARTS + 1):
         high = 1.0
         if i < PARTS:
@@ -228,7 +196,7 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
                 continue
             high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
         update_wear_over_span(joint, workspace, step_length, (low, high), bins)
-        account_span(joint, workspace, account.sums, account.length_fraction)
+        arc.account_span(joint, workspace, account.sums, account.length_fraction)
         low = high
 
 
@@ -239,13 +207,13 @@ MAX_PER_HALF = 1e7  # 1/rad: in a narrower arc there is no load, and rounding mu
 #: Estimates of the time at which an end of the arc passes an edge: their largest number; change from which on another
 #: one follows.
 MAX_ESTIMATES, CLOSE_ESTIMATE = 8, 2e-3
-PER_POWER = 1.0 / (1.0 + INDICES)  # from the coefficients of a polynomial to those of its antiderivative over x
+PER_POWER = 1.0 / (1.0 + arc.INDICES)  # from the coefficients of a polynomial to those of its antiderivative over x
 
 
 @inlined
 def _origin(rows):
     """Return the angle m0 (rad) that is subtracted from all angles, since the angle of a rotating body may be large."""
-    return rows.middle[PAIRS]
+    return rows.middle[arc.PAIRS]
 
 
 @inlined
@@ -254,23 +222,23 @@ def _per_arc(rows, i):
     return 0.5 * rows.area[i] * min(rows.per_half[i], MAX_PER_HALF)
 
 
-@fit_arc.member(UniformPressure)
+@arc.fit_arc.member(UniformPressure)
 def _fit_arc_uniform(pressure, rows):
     """Write antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h) and rate / (2 h)."""
     origin = _origin(rows)
-    for i in lane_range(POINTS):  # the rows of an end are free until `write_passing_times`
+    for i in lane_range(arc.POINTS):  # the rows of an end are free until `write_passing_times`
         half_rate, per_arc = 0.5 * rows.area[i], _per_arc(rows, i)
         rows.end[i], rows.end_slope[i] = half_rate, per_arc
         rows.end_polynomial[i] = per_arc * (rows.middle[i] - origin)
-    fit_row(rows.end, rows.rate, INVERSE_WEIGHTS)
-    fit_row(rows.end_polynomial, rows.term, INVERSE_WEIGHTS)
-    fit_row(rows.end_slope, rows.second_term, INVERSE_WEIGHTS)
-    for i in lane_range(POINTS):
+    arc.fit_row(rows.end, rows.rate, arc.INVERSE_WEIGHTS)
+    arc.fit_row(rows.end_polynomial, rows.term, arc.INVERSE_WEIGHTS)
+    arc.fit_row(rows.end_slope, rows.second_term, arc.INVERSE_WEIGHTS)
+    for i in lane_range(arc.POINTS):
         rows.rate[i] *= PER_POWER[i]
         rows.term[i] *= PER_POWER[i]
         rows.second_term[i] *= PER_POWER[i]
-    fit_row(rows.middle, rows.middle_polynomial, UNIT_WEIGHTS)
-    fit_row(rows.half, rows.half_polynomial, UNIT_WEIGHTS)
+    arc.fit_row(rows.middle, rows.middle_polynomial, arc.UNIT_WEIGHTS)
+    arc.fit_row(rows.half, rows.half_polynomial, arc.UNIT_WEIGHTS)
 
 
 @inlined
@@ -279,16 +247,16 @@ def _load_integral(rows, end, angle, x):
 
     angle : rad, of the edge, from the origin.
     """
-    moment = evaluate_polynomial(rows.term, x) - angle * evaluate_polynomial(rows.second_term, x)
-    return x * (evaluate_polynomial(rows.rate, x) + end * moment)
+    moment = arc.evaluate_polynomial(rows.term, x) - angle * arc.evaluate_polynomial(rows.second_term, x)
+    return x * (arc.evaluate_polynomial(rows.rate, x) + end * moment)
 
 
-@write_wear_before_passed_edges.member(UniformPressure)
+@arc.write_wear_before_passed_edges.member(UniformPressure)
 def _write_wear_before_passed_edges_uniform(pressure, rows, end, edge, width):
-    end_time, first_angle = inside_time(rows, end), edge - _origin(rows)
-    total_area = row_sum(rows.area) if end > 0.0 else 0.0
-    for k in lane_range(POINTS):
-        angle = first_angle + INDICES[k] * width
+    end_time, first_angle = arc.inside_time(rows, end), edge - _origin(rows)
+    total_area = arc.row_sum(rows.area) if end > 0.0 else 0.0
+    for k in lane_range(arc.POINTS):
+        angle = first_angle + arc.INDICES[k] * width
         wear_inside = _load_integral(rows, end, angle, end_time) - _load_integral(rows, end, angle, rows.passings[k])
         rows.worn[k] = total_area - end * (end_time * wear_inside)
 
@@ -296,11 +264,11 @@ def _write_wear_before_passed_edges_uniform(pressure, rows, end, edge, width):
 @inlined
 def _distance_and_load(rows, edge, angles, t):
     """Return the distance (rad) of an edge from an end of the arc at time t, and the load between until t."""
-    for k in lane_range(POINTS):
+    for k in lane_range(arc.POINTS):
         distance = edge - angles[k]
-        rows.node_term[k] = evaluate_columns(BASIS, t, k) * distance
-        rows.second_node_term[k] = evaluate_columns(BASIS_INTEGRAL, t, k) * _per_arc(rows, k) * distance
-    return row_sum(rows.node_term), (1.0 + t) * row_sum(rows.second_node_term)
+        rows.node_term[k] = arc.evaluate_columns(arc.BASIS, t, k) * distance
+        rows.second_node_term[k] = arc.evaluate_columns(arc.BASIS_INTEGRAL, t, k) * _per_arc(rows, k) * distance
+    return arc.row_sum(rows.node_term), (1.0 + t) * arc.row_sum(rows.second_node_term)
 
 
 @kernel
@@ -310,29 +278,29 @@ def _load_until_passing(rows, edge, end, i):
     The end passes between nodes `i - 1` and `i`.  The first estimate of the time is linear, each next one takes the
     slope of the parabola through three distances.  The load between the last two estimates is that of a triangle.
     """
-    angles, low, high = end_row(rows, end), NODES[i - 1], NODES[i]
+    angles, low, high = arc.end_row(rows, end), arc.NODES[i - 1], arc.NODES[i]
     a, b = edge - angles[i - 1], edge - angles[i]
-    t, mean_slope = low if a == b else (low * b - high * a) / (b - a), (b - a) / SPACINGS[i]
+    t, mean_slope = low if a == b else (low * b - high * a) / (b - a), (b - a) / arc.SPACINGS[i]
     load, attempts = 0.0, 0
     while attempts < MAX_ESTIMATES:
         distance, load = _distance_and_load(rows, edge, angles, t)
         before, behind = t - low, high - t
         product, bend = before * behind, distance - a - mean_slope * before
         slope = mean_slope * product + bend * (behind - before)  # of the parabola, times the product
-        correction = distance * product * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        correction = distance * product * slope / (slope * slope + arc.SMALLEST_HALF_ANGLE)
         correction = min(max(correction, -behind), before)
-        load -= 0.5 * _per_arc(rows, i) * INVERSE_WEIGHTS[i] * distance * correction
+        load -= 0.5 * _per_arc(rows, i) * arc.INVERSE_WEIGHTS[i] * distance * correction
         t -= correction
         attempts = attempts + 1 if abs(correction) > CLOSE_ESTIMATE else MAX_ESTIMATES
     return -end * load
 
 
-@wear_before_edge.member(UniformPressure)
+@arc.wear_before_edge.member(UniformPressure)
 def _wear_before_edge_uniform(pressure, rows, edge):
     """Return the wear as if the edge stayed in the region of the last node, minus what differs before each passing."""
-    region, difference = region_of(rows, edge, 0), 0.0
-    for i in rolled_range(1, POINTS):
-        next_region = region_of(rows, edge, i)
+    region, difference = arc.region_of(rows, edge, 0), 0.0
+    for i in rolled_range(1, arc.POINTS):
+        next_region = arc.region_of(rows, edge, i)
         while region != next_region:
             end = region if region != 0 else next_region  # the end of the arc that passes the edge
             direction = 1.0 if next_region > region else -1.0
@@ -341,23 +309,23 @@ def _wear_before_edge_uniform(pressure, rows, edge):
     if region < 0:
         return -difference
     if region > 0:
-        return row_sum(rows.area) - difference
-    for i in lane_range(POINTS):
+        return arc.row_sum(rows.area) - difference
+    for i in lane_range(arc.POINTS):
         rows.node_term[i] = _per_arc(rows, i) * (edge - rows.start[i])
-    return row_sum(rows.node_term) - difference
+    return arc.row_sum(rows.node_term) - difference
 
 
-unfitted_edges.member(UniformPressure)(lambda pressure: MIN_BATCH - 1)
+arc.unfitted_edges.member(UniformPressure)(lambda pressure: MIN_BATCH - 1)
 
 
 @kernel
 def _wear_before_inner_edge(rows, edge, total):
     """Return the wear, of a `total`, before an `edge` (rad) that is within the arc at all points, and its slope."""
-    for i in lane_range(POINTS):
+    for i in lane_range(arc.POINTS):
         per_arc = _per_arc(rows, i)
         rows.end[i] = per_arc
         rows.time_per_angle[i] = per_arc * (edge - rows.middle[i])
-    return 0.5 * total + row_sum(rows.time_per_angle), row_sum(rows.end)
+    return 0.5 * total + arc.row_sum(rows.time_per_angle), arc.row_sum(rows.end)
 
 
 @update_bins_inside_arc.member(UniformPressure)
@@ -393,13 +361,13 @@ ANGLES = (
 )  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
 POSITIONS = 3  # such profiles of a contact: its angles on both bodies (rad) and, of worn surfaces, its depth (m)
 SLOPES = POSITIONS  # of these profiles, per fraction of the step; `record` writes the rates per second
-_FIRST_POSITION = StepRows.index_of("bearing_angle")  # row of the workspace
+_FIRST_POSITION = arc.StepRows.index_of("bearing_angle")  # row of the workspace
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
-FROM_ANGLES = np.zeros((ANGLES, POINTS))
-_AT_QUARTERS = [[quarter**i for i in range(DEGREE + 1)] for quarter in _QUARTERS.tolist()]
-_AT_ENDS = [[float(i == 1) for i in range(DEGREE + 1)], [float(i) for i in range(DEGREE + 1)]]
-FROM_ANGLES[:, : DEGREE + 1] = inverse(exact(_AT_QUARTERS + _AT_ENDS)).transposed.rounded()
+FROM_ANGLES = np.zeros((ANGLES, arc.POINTS))
+_AT_QUARTERS = [[quarter**i for i in range(arc.DEGREE + 1)] for quarter in _QUARTERS.tolist()]
+_AT_ENDS = [[float(i == 1) for i in range(arc.DEGREE + 1)], [float(i) for i in range(arc.DEGREE + 1)]]
+FROM_ANGLES[:, : arc.DEGREE + 1] = inverse(exact(_AT_QUARTERS + _AT_ENDS)).transposed.rounded()
 
 
 class AxialRows(Rows):
@@ -436,7 +404,7 @@ class Step(NamedTuple):
     positions: np.ndarray  # (contacts, POSITIONS + SLOPES, STATE_POINTS)
     axial: AxialRows  # (contacts,) of joints in space
     strip: StripRows  # of one of their contacts
-    workspace: Workspace
+    workspace: arc.Workspace
     wear_buffer: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
 
@@ -480,11 +448,11 @@ def record(joint, gap, body_angles, j, instant):
 def fit_profiles(workspace, step_values, length):
     """Write the coefficients of the profiles of a contact, its forces per `length` (m), to `workspace`."""
     per_length = 1.0 / length
-    for i in lane_range(POINTS):
+    for i in lane_range(arc.POINTS):
         for row in range(STEP_VALUE_ROWS):
             total = 0.0
             for k in range(PARTS + 1):
-                total += FIT[k, i] * step_values[row, k]
+                total += arc.FIT[k, i] * step_values[row, k]
             workspace.step.numbers[row, i] = total * per_length if row in (FORCE_ROW, FRICTION_POWER_ROW) else total
 
 
@@ -505,7 +473,7 @@ def unwrap_angles(angles):
 @kernel
 def fit_positions(workspace, positions):
     """Write the coefficients of the profiles of the position of a contact to `workspace`."""
-    for i in lane_range(POINTS):
+    for i in lane_range(arc.POINTS):
         for row in range(POSITIONS):
             total = 0.0
             for k in range(QUARTER_POINTS + 2):
@@ -533,7 +501,7 @@ def update_contact_wear(law, joint, j, step_and_totals):
         unwrap_angles(step.positions[j, body])
     write_end_slopes(step, j)
     fit_positions(step.workspace, step.positions[j])
-    accumulate_distance(step, j, totals.account[j])
+    arc.accumulate_distance(step, j, totals.account[j])
     count, bins_offset = int(law.bins), 2 * j * totals.stride
     bins = Bins(totals.depths, bins_offset, count), Bins(totals.depths, bins_offset + totals.stride, count)
     account = JointAccount(totals.account[j], 1.0)

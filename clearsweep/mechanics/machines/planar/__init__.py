@@ -3,7 +3,6 @@
 from ..programs import shared_by
 from .build import (
     build,
-    channels,
     crank_speed,
     discontinuity_times,
     ideal,

@@ -31,26 +31,9 @@ from ..contract import Built, IdealMotion, Open, accelerate, pose_at
 from ..contract import Ideal as Closed
 from ..programs import kinds_of, shared_by
 from . import equations  # noqa: F401 - registers the equations of motion
+from . import form as forms
 from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, extent
 from .drives import Steady, compile_drive, drive_motion
-from .form import (
-    AngleAim,
-    BranchingCycle,
-    Cycle,
-    ElasticGuide,
-    Gear,
-    Hinge,
-    Planar,
-    PointAim,
-    Slide,
-    Travel,
-    as_empty_tuples,
-    compile_bent_point,
-    compile_direction,
-    compile_point,
-    make_cycle,
-    problem_of_links,
-)
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
@@ -206,7 +189,7 @@ NEAR_SINGULAR = 1e-7  # least singular value over the largest: a change point, w
 EXAMINED_ANGLES = 36  # crank angles that are examined
 
 
-def choose_dependent(value: Planar, machine: MachineType, profiles: list, is_closed: np.ndarray) -> list[int]:
+def choose_dependent(value: forms.Planar, machine: MachineType, profiles: list, is_closed: np.ndarray) -> list[int]:
     """Return the indices of the coordinates that, taken as dependent, keep the loops furthest from singular.
 
     value : a machine without dependent coordinates; profiles : (values, slopes, ...) of each coordinate at
@@ -261,40 +244,13 @@ def mount_channels(joints: Iterable[str]) -> tuple[Channel, ...]:
     )
 
 
-def channels(machine: Machine) -> tuple[Channel, ...]:
-    """Return the time histories of a machine, in the order of `describe`."""
-    unit = "m" if machine.aim.point else "rad"
-    all_channels = [
-        Channel("crank_angle", "rad", "crank angle, unwrapped"),
-        Channel("crank/torque", "N*m", "drive torque on the crank"),
-        Channel("output/place", unit, "place of the output"),
-        Channel("output/rate", f"{unit}/s", "its rate"),
-        Channel("output/acceleration", f"{unit}/s^2", "its acceleration"),
-    ]
-    for body in machine.bodies:
-        name = body.replace("-", "_")
-        if body != GROUND:
-            all_channels += [
-                Channel(f"{name}/x", "m", f"centre of mass of {body}, x"),
-                Channel(f"{name}/y", "m", f"centre of mass of {body}, y"),
-                Channel(f"{name}/vx", "m/s", f"velocity of the centre of mass of {body}, x"),
-                Channel(f"{name}/vy", "m/s", f"velocity of the centre of mass of {body}, y"),
-                Channel(f"{name}/angle", "rad", f"angle of {body}, counter-clockwise"),
-                Channel(f"{name}/rate", "rad/s", "its rate"),
-            ]
-            if machine.bodies[body].elastic:
-                all_channels.append(Channel(f"{name}/extension", "m", f"elongation of {body}"))
-    all_channels += mount_channels(mount.joint for mount in machine.mounts)
-    return tuple(all_channels)
-
-
 def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     """Return the compiled form of a machine and its initial state.
 
     joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
     proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
     """
-    if problem := problem_of_links(machine):
+    if problem := forms.problem_of_links(machine):
         raise MobilityError(": ".join(problem))
     machine = with_segments(machine)
     ideal_machine, names = ideal_of(machine), frozenset(joints)
@@ -345,7 +301,7 @@ def ideal_reactions(machine: Machine, at: np.ndarray, *, over_time: bool = False
     return ideal_machine.reactions(at, lambda: ideal_form(ideal_machine), over_time=over_time)
 
 
-def ideal_form(ideal_machine: IdealMachine) -> Planar:
+def ideal_form(ideal_machine: IdealMachine) -> forms.Planar:
     """Return the compiled form of a machine without clearance."""
     return _compiled_form(rigid(ideal_machine.machine), frozenset())
 
@@ -353,7 +309,7 @@ def ideal_form(ideal_machine: IdealMachine) -> Planar:
 class _Compiled(NamedTuple):
     """A compiled machine with some of its joints open, for any clearances and laws: cases of a sweep share it."""
 
-    form: Planar
+    form: forms.Planar
     state: list[Coordinate]
     lengths: np.ndarray  # m, as in Built
     start: np.ndarray  # as in Built, with zero offsets
@@ -371,7 +327,7 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
 
 
-def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
+def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> forms.Planar:
     """Return the compiled form of a machine with open joints of these names."""
     ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
     structure = machine_type(form)
@@ -379,25 +335,25 @@ def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         ideal_machine.coordinate_over_revolution(coordinate) for coordinate in structure.spanning_tree.coordinates
     ]
     output = ideal_machine.output_over_revolution()
-    form = form._replace(cycle=make_cycle([output], machine.drive.start_angle))
+    form = form._replace(cycle=forms.make_cycle([output], machine.drive.start_angle))
     dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
-    columns, kind = [output, *(coordinates[i] for i in dependent)], Cycle
+    columns, kind = [output, *(coordinates[i] for i in dependent)], forms.Cycle
     if ideal_machine.change_points and dependent:
         slopes = [coordinates[i][1:] for i in dependent]
         columns += [(*slope, np.gradient(slope[1], ideal_machine.revolution.angles, edge_order=2)) for slope in slopes]
-        kind = BranchingCycle
-    cycle = make_cycle([*columns], machine.drive.start_angle, kind)
-    return form._replace(dependent=tuple(map(as_empty_tuples, dependent)), cycle=cycle)
+        kind = forms.BranchingCycle
+    cycle = forms.make_cycle([*columns], machine.drive.start_angle, kind)
+    return form._replace(dependent=tuple(map(forms.as_empty_tuples, dependent)), cycle=cycle)
 
 
 @shared_by(lambda ideal_machine, form, _: (geometry_of(ideal_machine.full_machine), kinds_of(form)))
-def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
+def _dependent_indices(ideal_machine: IdealMachine, form: forms.Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     is_closed = ideal_machine.stations.is_closed
     return tuple(choose_dependent(form, machine_type(form), coordinates, is_closed))
 
 
-def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:
+def _has_finite_accelerations(form: forms.Planar, start: np.ndarray) -> bool:
     """Return whether all accelerations at the initial state are finite."""
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
@@ -408,7 +364,7 @@ def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:
     return bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
 
 
-def _check_spring_directions(machine: Machine, form: Planar, start: np.ndarray) -> None:
+def _check_spring_directions(machine: Machine, form: forms.Planar, start: np.ndarray) -> None:
     """Raise MobilityError if a spring with a free length has no direction at the start: its ends coincide."""
     without_free_lengths = tuple(
         load._replace(free_length=0.0) if isinstance(load, SpringLoad) else load for load in form.loads
@@ -422,7 +378,7 @@ def _check_spring_directions(machine: Machine, form: Planar, start: np.ndarray) 
     )
 
 
-def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
+def _massless_bodies(machine: Machine, form: forms.Planar, start: np.ndarray) -> list[str]:
     """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
     if _has_finite_accelerations(form, start):
         return []
@@ -474,9 +430,9 @@ def discontinuity_times(machine: Machine) -> list[float]:
     return sorted(time for time in times if time > 0.0)
 
 
-def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
+def _independent_form(machine: Machine, open_joints: frozenset[str]) -> forms.Planar:
     """Return the compiled form with open joints of these names, without dependent coordinates."""
-    numbers = {name: as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
+    numbers = {name: forms.as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
     compiled_joints, names = [], [joint.name for joint in machine.joints]
     for joint in machine.joints:
         site: tuple = Open() if joint.name in open_joints else Closed()
@@ -485,20 +441,22 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         if isinstance(joint, Stops):
             compiled_joints.append(_compile_stops(joint, site, bodies, points, names))
         elif isinstance(joint, Mesh):
-            pins = tuple(as_empty_tuples(names.index(pin)) for pin in joint.pins)
-            axis = compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
-            eccentric = tuple(itertools.starmap(compile_point, joint.eccentricities))
+            pins = tuple(forms.as_empty_tuples(names.index(pin)) for pin in joint.pins)
+            axis = forms.compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
+            eccentric = tuple(itertools.starmap(forms.compile_point, joint.eccentricities))
             sizes = joint.ratio, joint.arm, joint.across, joint.apart, joint.rest
-            compiled_joints.append(Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, eccentric, *sizes))
+            compiled_joints.append(
+                forms.Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, eccentric, *sizes)
+            )
         elif isinstance(joint, (Guide, Stretch, Slot)):
             is_spring = isinstance(joint, Stretch)
-            site = ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
-            axis = compile_direction(math.cos(joint.axis), math.sin(joint.axis))
-            compiled_joints.append(Slide(site, *bodies, *points, axis))
+            site = forms.ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
+            axis = forms.compile_direction(math.cos(joint.axis), math.sin(joint.axis))
+            compiled_joints.append(forms.Slide(site, *bodies, *points, axis))
         else:
-            compiled_joints.append(Hinge(site, *bodies, *points))
+            compiled_joints.append(forms.Hinge(site, *bodies, *points))
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
-    return Planar(
+    return forms.Planar(
         bodies=tuple(masses_of(machine)),
         joints=tuple(compiled_joints),
         dependent=(),
@@ -508,18 +466,20 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         loads=compile_loads(
             machine.loads,
             lambda endpoint: (numbers[endpoint.body], _compile_point(machine, endpoint)),
-            lambda name: as_empty_tuples(names.index(name)),
+            lambda name: forms.as_empty_tuples(names.index(name)),
         ),
         aim=_compile_aim(machine, machine.aim, numbers),
         cycle=(),
     )
 
 
-def _compile_stops(stops: Stops, site: tuple, bodies: tuple, points: tuple, names: list[str]) -> Gear | Travel:
+def _compile_stops(
+    stops: Stops, site: tuple, bodies: tuple, points: tuple, names: list[str]
+) -> forms.Gear | forms.Travel:
     """Return the stops of a guide, or those of a pin as a gear: the angle of the distal body minus the other one."""
     if stops.guide:
-        return Travel(site, *bodies, *points, as_empty_tuples(names.index(stops.guide)))
-    return Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
+        return forms.Travel(site, *bodies, *points, forms.as_empty_tuples(names.index(stops.guide)))
+    return forms.Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def _moving_names(machine: Machine) -> list[str]:
@@ -531,16 +491,16 @@ def _compile_point(machine: Machine, endpoint: BodyPoint) -> tuple:
     center = (0.0, 0.0) if endpoint.body == GROUND else body.center
     place, elastic = body.points[endpoint.point], body.elastic
     if elastic and elastic.bending:
-        return compile_bent_point(body, elastic, elastic.bending, place)
+        return forms.compile_bent_point(body, elastic, elastic.bending, place)
     x, y = np.subtract(place, center)
-    return compile_point(float(x), float(y))
+    return forms.compile_point(float(x), float(y))
 
 
 def _compile_aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
     if not aim.point:
-        return AngleAim(numbers[aim.body])
-    direction = compile_direction(math.cos(aim.direction), math.sin(aim.direction))
-    return PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
+        return forms.AngleAim(numbers[aim.body])
+    direction = forms.compile_direction(math.cos(aim.direction), math.sin(aim.direction))
+    return forms.PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
 
 
 def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:

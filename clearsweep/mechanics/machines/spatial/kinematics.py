@@ -11,23 +11,7 @@ from ....tracing.compiled.vector import QuaternionMotion, Vector, frame_of, spin
 from ...joints.spatial import SpatialGap
 from ..contract import BodyMotion
 from ..programs import generated
-from .form import (
-    AngleAim,
-    Driven,
-    Loose,
-    MachineType,
-    Pose,
-    Sleeve,
-    Slide,
-    axis_x,
-    axis_y,
-    axis_z,
-    elementwise_product,
-    on_ground,
-    quaternion_of,
-    turned_about_z,
-    turned_quaternion,
-)
+from . import form
 
 # ---------------------------------------------------------------------------------------------- vectors
 
@@ -70,7 +54,7 @@ class SpatialVector:
 
     def componentwise(self, other: "SpatialVector") -> "SpatialVector":
         """Return the vector of the products of the components."""
-        return self._call(elementwise_product, self, other)
+        return self._call(form.elementwise_product, self, other)
 
     def _call(self, function: Any, *arguments: Any) -> "SpatialVector":
         program = next(x.value.program for x in arguments if isinstance(x, SpatialVector) and x.value.program)
@@ -95,7 +79,7 @@ def vector_sum(addends: Iterable[SpatialVector]) -> SpatialVector:
 class Bodies:
     """The bodies of a tree in a program whose first parameter is the Tree; subclasses define their frames."""
 
-    def __init__(self, tree: MachineType, parameters: int):
+    def __init__(self, tree: form.MachineType, parameters: int):
         self.tree, self.program = tree, Program(parameters)
         self.mechanism = self.program.parameters[0]
         self.vertical = SpatialVector(self.program.known(Vector(0.0, 0.0, 1.0)))
@@ -119,7 +103,7 @@ class Bodies:
 
     def z_axis(self, body: int) -> SpatialVector:
         """Return the z axis of a body or the ground."""
-        return self.vertical if self.tree.is_vertical(body) else self.call(axis_z, self.frame(body))
+        return self.vertical if self.tree.is_vertical(body) else self.call(form.axis_z, self.frame(body))
 
     def arm(self, body: int, point: Expr) -> SpatialVector:
         """Return a point, given in the frame of its body, from the centre of mass."""
@@ -140,7 +124,7 @@ class Bodies:
 
     def slides(self, body: int) -> bool:
         """Return whether a body slides along an axis."""
-        return self.tree.part(body).form in (Slide, Sleeve)
+        return self.tree.part(body).form in (form.Slide, form.Sleeve)
 
     def along_axis(self, body: int, amounts: Expr) -> SpatialVector:
         """Return the vector of an amount along the axis on which a body slides; zero for one that does not.
@@ -152,7 +136,7 @@ class Bodies:
     def axis(self, body: int) -> SpatialVector:
         """Return the axis along which a body slides."""
         part = self.tree.part(body)
-        if part.form is Sleeve:
+        if part.form is form.Sleeve:
             return self.z_axis(part.parent)
         return self.to_fixed_frame(part.parent, SpatialVector(self.mechanism.attachments[body - 1].axis))
 
@@ -160,13 +144,13 @@ class Bodies:
 class PosedBodies(Bodies):
     """The bodies of a tree in a program whose second parameter is their Pose."""
 
-    def __init__(self, tree: MachineType, parameters: int = 2):
+    def __init__(self, tree: form.MachineType, parameters: int = 2):
         super().__init__(tree, parameters)
         self.pose = self.program.parameters[1]
 
     def frame(self, body: int) -> Expr:
         """Return the Frame of a body or the ground."""
-        frame: Expr = self.pose.frames[body - 1] if body else self.program.call(on_ground, 1.0, 0.0)
+        frame: Expr = self.pose.frames[body - 1] if body else self.program.call(form.on_ground, 1.0, 0.0)
         return frame
 
     def spin(self, body: int) -> SpatialVector:
@@ -192,13 +176,13 @@ class PosedBodies(Bodies):
 class _MovedBodies(Bodies):
     """The bodies of a tree in a program whose second parameter is its state."""
 
-    def __init__(self, tree: MachineType):
+    def __init__(self, tree: form.MachineType):
         super().__init__(tree, 2)
         y, n = self.program.parameters[1], tree.coordinates
         self.q, self.rates, self.time = [y[i] for i in range(n)], [y[n + i] for i in range(n)], y[2 * n]
         self.angle = (self.mechanism.speed * self.time).assigned()
         #: Of each body, by its number; the ground is body 0.
-        self.frames: list[Expr] = [self.program.call(on_ground, 1.0, 0.0)]
+        self.frames: list[Expr] = [self.program.call(form.on_ground, 1.0, 0.0)]
         self.spins, self.centres, self.velocities = [NO_VECTOR], [NO_VECTOR], [NO_VECTOR]
         self.quaternion_motions: list[tuple] = [()]
 
@@ -210,24 +194,24 @@ class _MovedBodies(Bodies):
         """Add frame, angular velocity and QuaternionMotion of a body."""
         part = self.tree.part(body)
         k, parent, motion = part.coordinate, part.parent, ()
-        if part.form is Driven:
+        if part.form is form.Driven:
             cosine_and_sine = self.program.call(direction_of, self.angle)
-            frame = self.program.call(on_ground, cosine_and_sine[0], cosine_and_sine[1])
+            frame = self.program.call(form.on_ground, cosine_and_sine[0], cosine_and_sine[1])
             spin = self.call(Vector, 0.0, 0.0, self.mechanism.speed)
         elif part.turns_freely:
             motion = QuaternionMotion(*self.q[k : k + 4], *self.rates[k : k + 4])
             frame = self.program.call(frame_of, *self.q[k : k + 4])
             spin = self.call(to_fixed_frame, frame, self.program.call(spin_of, motion))
-        elif part.form is Slide:
+        elif part.form is form.Slide:
             frame, spin = self.frames[parent], self.spins[parent]
         else:
-            k += part.form is Sleeve
+            k += part.form is form.Sleeve
             cosine_and_sine = self.program.call(direction_of, self.q[k])
             components = cosine_and_sine[0], cosine_and_sine[1]
             frame = (
-                self.program.call(turned_about_z, self.frames[parent], *components)
+                self.program.call(form.turned_about_z, self.frames[parent], *components)
                 if parent
-                else self.program.call(on_ground, *components)
+                else self.program.call(form.on_ground, *components)
             )
             spin = self.spins[parent] + self.rates[k] * self.z_axis(parent)
         self.frames.append(frame)
@@ -238,7 +222,7 @@ class _MovedBodies(Bodies):
         """Add position and velocity of a body's centre of mass, whose frame has been added."""
         part = self.tree.part(body)
         k, parent = part.coordinate, part.parent
-        if part.form is Loose:
+        if part.form is form.Loose:
             self.centres.append(self.call(Vector, *self.q[k + 4 : k + 7]))
             self.velocities.append(self.call(Vector, *self.rates[k + 4 : k + 7]))
             return
@@ -249,8 +233,8 @@ class _MovedBodies(Bodies):
         self.velocities.append(velocity + self.spins[body].cross(own_arm))
 
 
-@generated(MachineType)
-def pose_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def pose_of(tree: form.MachineType) -> Program:
     """Return the program of `contract.pose_at`."""
     bodies = _MovedBodies(tree)
     for body in range(1, len(tree.parts) + 1):
@@ -260,7 +244,7 @@ def pose_of(tree: MachineType) -> Program:
         tuple(vector.value for vector in vectors[1:]) for vectors in (bodies.spins, bodies.centres, bodies.velocities)
     )
     return bodies.program.returns(
-        Pose(
+        form.Pose(
             bodies.angle,
             tuple(bodies.q),
             tuple(bodies.rates),
@@ -273,8 +257,8 @@ def pose_of(tree: MachineType) -> Program:
     )
 
 
-@generated(MachineType)
-def gaps_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def gaps_of(tree: form.MachineType) -> Program:
     """Return the program of `contract.gaps`."""
     bodies, joint_gaps = PosedBodies(tree), []
     for j, (bearing, journal) in enumerate(tree.openings):
@@ -299,8 +283,8 @@ def _point_motion(bodies: PosedBodies, body: int, point: Expr) -> tuple[SpatialV
     return bodies.centre(body) + arm, bodies.velocity(body) + bodies.spin(body).cross(arm)
 
 
-@generated(MachineType)
-def bearing_axes_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def bearing_axes_of(tree: form.MachineType) -> Program:
     """Return the program of a pose's bearing axes: their own x axes in the frames of the journals."""
     bodies, axes = PosedBodies(tree), []
     for j, (bearing, journal) in enumerate(tree.openings):
@@ -309,8 +293,8 @@ def bearing_axes_of(tree: MachineType) -> Program:
     return bodies.program.returns(tuple(axes))
 
 
-@generated(MachineType)
-def energy_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def energy_of(tree: form.MachineType) -> Program:
     """Return the program of `contract.energy`."""
     bodies, twice_kinetic, gravity_powers = PosedBodies(tree), [], []
     for body in range(1, len(tree.parts) + 1):
@@ -322,22 +306,22 @@ def energy_of(tree: MachineType) -> Program:
     return bodies.program.returns((0.5 * sum_of(twice_kinetic), sum_of(gravity_powers)))
 
 
-@generated(MachineType)
-def body_motions_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def body_motions_of(tree: form.MachineType) -> Program:
     """Return the program of `contract.body_motions`: the motion in the plane x, y."""
     bodies, motions = PosedBodies(tree), []
     for body in range(1, len(tree.parts) + 1):
         part, frame, spin = bodies.mechanism.parts[body - 1], bodies.frame(body), bodies.spin(body)
         principal = SpatialVector(part.inertia).componentwise(bodies.to_body_frame(body, spin))
         vectors_in_plane = (bodies.centre(body), bodies.velocity(body))
-        vectors_in_plane += tuple(spin.cross(bodies.call(axis, frame)) for axis in (axis_x, axis_y))
+        vectors_in_plane += tuple(spin.cross(bodies.call(axis, frame)) for axis in (form.axis_x, form.axis_y))
         components = [vector[k] for vector in vectors_in_plane for k in range(2)]
         motions.append(BodyMotion(part.mass, bodies.to_fixed_frame(body, principal)[2], *components, ONE))
     return bodies.program.returns(tuple(motions))
 
 
-@generated(MachineType)
-def histories_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def histories_of(tree: form.MachineType) -> Program:
     """Return the program of the time histories that `contract.describe` returns: (mechanism, pose, y, motion)."""
     bodies = PosedBodies(tree, 4)
     _, pose, y, motion = bodies.program.parameters
@@ -356,26 +340,28 @@ def _quaternion(bodies: PosedBodies, body: int) -> Expr:
     """Return a body's unit quaternion; for an attached body, from its rotation about its own z axis."""
     part = bodies.tree.part(body)
     if part.turns_freely:
-        return bodies.program.call(quaternion_of, bodies.pose.quaternion_motions[body - 1])
+        return bodies.program.call(form.quaternion_of, bodies.pose.quaternion_motions[body - 1])
     parent_quaternion = _quaternion(bodies, part.parent) if part.parent else bodies.program.known((1.0, 0.0, 0.0, 0.0))
-    if part.form is Slide:
+    if part.form is form.Slide:
         return parent_quaternion
-    rotation = bodies.pose.angle if part.form is Driven else bodies.pose.q[part.coordinate + (part.form is Sleeve)]
-    return bodies.program.call(turned_quaternion, parent_quaternion, rotation)
+    rotation = (
+        bodies.pose.angle if part.form is form.Driven else bodies.pose.q[part.coordinate + (part.form is form.Sleeve)]
+    )
+    return bodies.program.call(form.turned_quaternion, parent_quaternion, rotation)
 
 
 def _output_motion(bodies: PosedBodies) -> tuple[Expr, Expr]:
     """Return the output's position and its rate."""
     tree, body, mechanism, pose = bodies.tree, bodies.tree.aimed, bodies.mechanism, bodies.pose
-    if tree.aim is AngleAim:
+    if tree.aim is form.AngleAim:
         angles, rates = [], []
         while body:
             part = tree.part(body)
-            if part.form is Driven:
+            if part.form is form.Driven:
                 angles.append(pose.angle)
                 rates.append(mechanism.speed)
-            elif part.form is not Slide:
-                rotation_index = part.coordinate + (part.form is Sleeve)
+            elif part.form is not form.Slide:
+                rotation_index = part.coordinate + (part.form is form.Sleeve)
                 angles.append(pose.q[rotation_index])
                 rates.append(pose.rates[rotation_index])
             body = part.parent
@@ -385,8 +371,8 @@ def _output_motion(bodies: PosedBodies) -> tuple[Expr, Expr]:
     return direction.dot(position), direction.dot(velocity)
 
 
-@generated(MachineType)
-def output_of(tree: MachineType) -> Program:
+@generated(form.MachineType)
+def output_of(tree: form.MachineType) -> Program:
     """Return the program of a pose's output: position and rate."""
     bodies = PosedBodies(tree)
     return bodies.program.returns(_output_motion(bodies))
