@@ -6,6 +6,7 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
+import scale
 import scale_cases
 import speed_page
 from fake_runs import OfFrame
@@ -78,6 +79,12 @@ def test_real_cases_are_timed_by_the_processor(monkeypatch):
     monkeypatch.setattr(simulation, "solve", solve)
     began = time.process_time()
     assert 0.01 <= scale_cases.timed(0.01).summary["run_time"] <= time.process_time() - began < 0.05
+
+
+@pytest.mark.slow
+def test_a_case_takes_few_bytes_of_the_parent(tmp_path):
+    few, many = (scale.measured("run", "made-up", tmp_path / str(count), count)["memory"] for count in (1_000, 100_000))
+    assert many - few < 340 * 99_000  # B; 290 measured, most of them columns that the answer needs
 
 
 def test_each_command_leaves_the_others_their_parts_of_the_page(tmp_path):
