@@ -206,10 +206,12 @@ def _film_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessmen
 def _loss_assessments(joint: Joint) -> Iterator[LawAssessment]:
     """Yield the assessments of the laws of the normal force, by the restitution of the joint."""
     required = joint.contact.values.get("restitution")
+    available = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
     for law in (law for law in registry.all_laws() if law.family == "law"):
         restitution_of = registry.RECIPES["law", law.name].free_restitution
         field = next((field for field in law.fields if field.name == "restitution"), None)
-        if missing := _missing_keys(law, joint):
+        needed = [field.name for field in law.fields if field.default is None and not field.optional]
+        if missing := [name for name in needed if name not in available]:
             yield LawAssessment("law", law.name, UNSUITABLE, f"needs {' and '.join(missing)}")
         elif "hertz" in law.needs and joint.contact.elastic != "power":
             yield LawAssessment("law", law.name, UNSUITABLE, "needs elastic: power with the exponent 1.5")
@@ -224,13 +226,6 @@ def _loss_assessments(joint: Joint) -> Iterator[LawAssessment]:
             rating = SUITABLE if abs(reproduced - required) <= RESTITUTION_TOLERANCE * required else DOUBTFUL
             reason = f"has a restitution of {reproduced:.3g} instead of {required:.3g}"
             yield LawAssessment("law", law.name, rating, reason, law.merit)
-
-
-def _missing_keys(law: Law, joint: Joint) -> list[str]:
-    """Return the keys, besides the restitution, that a law of the normal force needs and a joint lacks."""
-    available = {"restitution", *joint.contact.values, *(("stiffness",) if joint.contact.material else ())}
-    required = (field for field in law.fields if field.default is None and not field.optional)
-    return [field.name for field in required if field.name not in available]
 
 
 def _pressure_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:
@@ -282,16 +277,8 @@ class Recommendation(NamedTuple):
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
     """Return the laws that are recommended for the joints _JOINTS, with reasons and the rating of the laws in use."""
     summary = f"Recommended for {_JOINTS}: {'; '.join(recommendation._law_text() for recommendation in laws)}."
-    return " ".join(
-        [
-            summary,
-            *(
-                recommendation._used_law_text()
-                for recommendation in laws
-                if recommendation.law != recommendation.law_used
-            ),
-        ]
-    )
+    used = [each._used_law_text() for each in laws if each.law != each.law_used]
+    return " ".join([summary, *used])
 
 
 def recommended_texts(laws: Iterable[Recommendation]) -> list[str]:
@@ -333,11 +320,8 @@ def alternatives(case: Case) -> dict[str, list[str]]:
     names: dict[str, list[str]] = {}
     for joint, joint_advice in zip(case.joints, advice(case), strict=True):
         for assessment in joint_advice.assessments:
-            if (
-                assessment.family in FAMILIES
-                and assessment.rating == SUITABLE
-                and assessment.law != _law_used(joint, assessment.family)
-            ):
+            is_used = assessment.law == _law_used(joint, assessment.family)
+            if assessment.family in FAMILIES and assessment.rating == SUITABLE and not is_used:
                 names.setdefault(f"joints.{joint.name}.{describe.KEYS[assessment.family]}", []).append(assessment.law)
     return names
 
@@ -377,7 +361,10 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
     `joint` is taken from the first case.
     """
     conditions = dict.fromkeys((sampled[0].conditions, sampled[-1].conditions))
-    worst = [_worst(assessments) for assessments in _by_law(sampled).values()]
+    by_law: dict[tuple[str, str], list[LawAssessment]] = {}
+    for assessment in (assessment for joint_advice in sampled for assessment in joint_advice.assessments):
+        by_law.setdefault((assessment.family, assessment.law), []).append(assessment)
+    worst = [_worst(assessments) for assessments in by_law.values()]
     if name is not None:
         assessments_of_name = [assessment for assessment in worst if assessment.law == name]
         if not assessments_of_name:
@@ -386,15 +373,11 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
         return " ... ".join(conditions), *("\n".join(_rows([assessment])) for assessment in assessments_of_name)
     recommended = _recommended_for(joint, worst)
     lines = [" ... ".join(conditions), *(["", _recommended_text(recommended)] if recommended else [])]
-    if force_ratio := _force_ratio_text(
-        joint,
-        [assessment.law for assessment in worst if assessment.family == "elastic" and assessment.rating == SUITABLE],
-    ):
+    suitable = [each.law for each in worst if each.family == "elastic" and each.rating == SUITABLE]
+    if force_ratio := _force_ratio_text(joint, suitable):
         lines.append(force_ratio)
     families = sorted({assessment.family for assessment in worst}, key=ASSESSED.index)
-    rows = (
-        "\n".join(_rows([assessment for assessment in worst if assessment.family == family])) for family in families
-    )
+    rows = ("\n".join(_rows([each for each in worst if each.family == family])) for family in families)
     return "\n".join(lines), *rows
 
 
@@ -438,22 +421,12 @@ def _recommended_for(joint: Joint, assessments: Iterable[LawAssessment]) -> list
             assessment.reason == _NO_RESTITUTION for assessment in by_law.values() if assessment.rating == SUITABLE
         ):
             continue
-        law_used = _law_used(joint, family)
-        current_assessment = by_law.get(law_used, LawAssessment(family, law_used, SUITABLE, ""))
+        law_used, key = _law_used(joint, family), describe.KEYS[family]
+        used = by_law.get(law_used, LawAssessment(family, law_used, SUITABLE, ""))
         suitable = [assessment for assessment in by_law.values() if assessment.rating == SUITABLE]
         best = min(suitable, key=_rank, default=None)
         law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
-        recommended.append(
-            Recommendation(
-                joint.name,
-                describe.KEYS[family],
-                law,
-                reason,
-                law_used,
-                current_assessment.rating,
-                current_assessment.reason,
-            )
-        )
+        recommended.append(Recommendation(joint.name, key, law, reason, law_used, used.rating, used.reason))
     return recommended
 
 
@@ -466,14 +439,6 @@ def _rank(assessment: LawAssessment) -> int:
 
 def _law_used(joint: Joint, family: str) -> str:
     return joint.contact.law if family == "law" else joint.contact.elastic or ""
-
-
-def _by_law(advices: Iterable[Advice]) -> dict[tuple[str, str], list[LawAssessment]]:
-    """Return the assessments of each law in some cases."""
-    assessments: dict[tuple[str, str], list[LawAssessment]] = {}
-    for assessment in (assessment for joint_advice in advices for assessment in joint_advice.assessments):
-        assessments.setdefault((assessment.family, assessment.law), []).append(assessment)
-    return assessments
 
 
 def _worst(assessments: list[LawAssessment]) -> LawAssessment:

@@ -89,14 +89,8 @@ def largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[
     mechanism : compiled; start : the initial state of the scene, as bytes of float64.
     """
     pose = pose_at(mechanism.value, np.frombuffer(start))
-    by_direction = [
-        impact_masses(
-            mechanism.value,
-            pose,
-            (Gap(math.cos(direction), math.sin(direction), 0.0, 0.0, 0.0, 0.0),) * joint_count,
-        )
-        for direction in DIRECTIONS
-    ]
+    gaps = [Gap(math.cos(angle), math.sin(angle), 0.0, 0.0, 0.0, 0.0) for angle in DIRECTIONS]
+    by_direction = [impact_masses(mechanism.value, pose, (gap,) * joint_count) for gap in gaps]
     return [largest_mass(np.array(masses, float)) for masses in zip(*by_direction, strict=True)]
 
 
@@ -168,10 +162,8 @@ def _impacts_on_links(scene: Scene, summary: Mapping[str, Any]) -> Iterator[tupl
     """Yield link, joint, its segments and those that the fastest impact in the joint needs."""
     for link in elastic_links(scene.case):
         for joint in scene.case.joints:
-            peak, depth, rate = (
-                summary.get(f"{joint.column}_{figure}")
-                for figure in ("force_peak", "penetration_max", "onset_rate_max")
-            )
+            names = (f"{joint.column}_{figure}" for figure in ("force_peak", "penetration_max", "onset_rate_max"))
+            peak, depth, rate = map(summary.get, names)
             if joint.name in link.joints and joint.is_dry and peak and depth and rate:
                 yield link.name, joint.name, link.segments, segments_to_resolve(link, peak, depth, rate)
 
@@ -235,13 +227,8 @@ _MAX_WEAR_COEFFICIENT = 2e-11  # m^2/N: dry mild steel reaches 1.5e-11
 
 def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
-    sentences = [
-        *ideal_machine.size_warnings(case),
-        *link_warnings(case),
-        *_change_points(case),
-        *ideal_machine.start_warnings(case),
-        *ideal_machine.servo_warnings(case),
-    ]
+    sentences = [*ideal_machine.size_warnings(case), *link_warnings(case), *_change_points(case)]
+    sentences += [*ideal_machine.start_warnings(case), *ideal_machine.servo_warnings(case)]
     sentences += registry.own_law_remarks(case)
     for joint in case.joints:
         if registry.can_pull(joint):

@@ -1,5 +1,6 @@
 """run.json: the grid, the versions and the results of a run; it contains a checksum of itself."""
 
+import contextlib
 import datetime
 import functools
 import hashlib
@@ -8,9 +9,9 @@ import json
 import os
 import platform
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,7 +46,7 @@ class MisshapenError(Exception):
 def check_record(record: dict[str, Any]) -> None:
     """Raise MisshapenError if the content of a run.json cannot have been written by `clearsweep run`."""
     _check_plain(record, "")
-    _section_check(_REQUIRED, _OPTIONAL)(record, "")
+    _check(_RECORD, record, "")
     columns = {column["name"] for column in record["layout"]["columns"]} | record.get("figures", {}).keys()
     limits = record.get("limits", {})
     times = [limit["times"] for limit in limits.values() if isinstance(limit, dict) and "times" in limit]
@@ -57,7 +58,7 @@ def check_record(record: dict[str, Any]) -> None:
 
 def check_facts(facts: Any) -> None:
     """Raise MisshapenError if the metadata of a batch cannot have been written by `clearsweep run`."""
-    _BATCH_FACTS(facts, "")
+    _check(_BATCH_FACTS, facts, "")
 
 
 def _refusal(path: str, value: Any, expected: str) -> MisshapenError:
@@ -82,6 +83,64 @@ def _check_plain(value: Any, path: str, depth: int = 0) -> None:
             _check_plain(item, f"{path}.{key}" if path else key, depth + 1)
 
 
+class _Chosen(NamedTuple):
+    """The form of a section whose keys are chosen freely: that of each key, and of each value."""
+
+    key: Any
+    item: Any
+
+
+class _Fields(NamedTuple):
+    """The form of a section written from a NamedTuple: it has all fields without a default, and no others."""
+
+    kind: Any
+    fields: dict[str, Any]
+
+
+def _check(form: Any, value: Any, path: str) -> None:
+    """Raise MisshapenError unless a value, which is at `path`, has a form.
+
+    A form is a Check; [form] for a list of such items; a tuple of forms of which one is enough; key -> form for a
+    section with these keys, of which those that end with '?' may be missing, and any others; a _Chosen or a _Fields.
+    """
+    match form:
+        case list():
+            _LIST(value, path)
+            for index, item in enumerate(value):
+                _check(form[0], item, f"{path}[{index}]")
+        case _Chosen():
+            _SECTION(value, path)
+            for name, item in value.items():
+                _check(form.key, name, f"a key of {path}")
+                _check(form.item, item, f"{path}.{name}")
+        case _Fields():
+            defaults = form.kind._field_defaults
+            _check({f"{name}{'?' * (name in defaults)}": form.fields[name] for name in form.kind._fields}, value, path)
+            if unknown := [name for name in value if name not in form.kind._fields]:
+                raise MisshapenError(f"{path}.{unknown[0]} is unknown")
+        case tuple():
+            for each in form[:-1]:
+                with contextlib.suppress(MisshapenError):
+                    return _check(each, value, path)
+            return _check(form[-1], value, path)  # whose error is that of all
+        case dict():
+            _check_section(form, value, path)
+        case _:
+            form(value, path)
+    return None
+
+
+def _check_section(section: dict[str, Any], value: Any, path: str) -> None:
+    _SECTION(value, path)
+    for key, form in section.items():
+        name = key.removesuffix("?")
+        item_path = f"{path}.{name}" if path else name
+        if name in value:
+            _check(form, value[name], item_path)
+        elif name == key:
+            raise MisshapenError(f"{item_path} is missing")
+
+
 def _type_check(kinds: type | tuple[type, ...], expected: str) -> Check:
     """Return a check of the type of a value; a bool is no number."""
 
@@ -104,78 +163,12 @@ def _text_check(pattern: str, expected: str, flags: re.RegexFlag = re.ASCII) -> 
     return check_text
 
 
-def _any_check(*checks: Check) -> Check:
-    """Return a check that passes if one of some checks passes; the error is that of the last one."""
-
-    def check_any(value: Any, path: str) -> None:
-        for check in checks[:-1]:
-            try:
-                return check(value, path)
-            except MisshapenError:
-                continue
-        return checks[-1](value, path)
-
-    return check_any
-
-
-def _list_check(check_item: Check) -> Check:
-    """Return a check of a list, item by item."""
-
-    def check_list(value: Any, path: str) -> None:
-        _type_check(list, "a list")(value, path)
-        for index, item in enumerate(value):
-            check_item(item, f"{path}[{index}]")
-
-    return check_list
-
-
-def _mapping_check(check_key: Check, check_item: Check) -> Check:
-    """Return a check of a section whose keys are chosen freely."""
-
-    def check_mapping(value: Any, path: str) -> None:
-        _type_check(dict, "a section")(value, path)
-        for name, item in value.items():
-            check_key(name, f"a key of {path}")
-            check_item(item, f"{path}.{name}")
-
-    return check_mapping
-
-
-def _section_check(required: dict[str, Check], optional: dict[str, Check]) -> Check:
-    """Return a check of a section with some keys; other keys are not checked."""
-
-    def check_section(value: Any, path: str) -> None:
-        _type_check(dict, "a section")(value, path)
-        for name, check_key in (required | optional).items():
-            key_path = f"{path}.{name}" if path else name
-            if name in value:
-                check_key(value[name], key_path)
-            elif name in required:
-                raise MisshapenError(f"{key_path} is missing")
-
-    return check_section
-
-
-def _fields_check(kind: Any, checks: dict[str, Check]) -> Check:
-    """Return a check of a section written from a NamedTuple: it has all fields without a default, and no others."""
-    required = {name: checks[name] for name in kind._fields if name not in kind._field_defaults}
-    check_section = _section_check(required, {name: checks[name] for name in kind._field_defaults})
-
-    def check_fields(value: Any, path: str) -> None:
-        check_section(value, path)
-        unknown = [name for name in value if name not in kind._fields]
-        if unknown:
-            raise MisshapenError(f"{path}.{unknown[0]} is unknown")
-
-    return check_fields
-
-
 def _accept_any(value: Any, path: str) -> None:
     """Accept any value."""
 
 
 def _check_list_of_values(value: Any, path: str) -> None:
-    _type_check(list, "a list")(value, path)
+    _LIST(value, path)
     nested = next((item for item in value if isinstance(item, list | dict)), None)
     if nested is not None:
         raise _refusal(path, nested, "a number or a word")
@@ -198,8 +191,9 @@ def _range_check(largest: int, expected: str) -> Check:
     return check_range
 
 
-def _names(*names: str) -> Iterable[str]:
-    return names
+def _each(names: str, form: Any) -> dict[str, Any]:
+    """Return the form of each of some keys."""
+    return dict.fromkeys(names.split(), form)
 
 
 _IDENTIFIER = _text_check(r"[A-Za-z_]\w{0,199}", "a name of letters, digits and _")
@@ -215,157 +209,114 @@ _NUMBER = _check_number
 _COUNT = _type_check(int, "a whole number")
 _SMALL_COUNT = _range_check(MAX_BINS, "a whole number of bins or contacts")
 _NOTHING = _type_check(type(None), "null")
+_LIST = _type_check(list, "a list")
 _SECTION = _type_check(dict, "a section")
 _CHECKSUM = _text_check(r"[0-9a-f]{1,64}", "a checksum")
-_DIGESTS = _mapping_check(_text_check(r"mark|[a-z]+\.(parquet|h5)", "the name of a file of results"), _CHECKSUM)
-_VALUES_BY_PATH = _mapping_check(_PATH, _check_list_of_values)
+_DIGESTS = _Chosen(_text_check(r"mark|[a-z]+\.(parquet|h5)", "the name of a file of results"), _CHECKSUM)
+_VALUES_BY_PATH = _Chosen(_PATH, _check_list_of_values)
 _COLUMN_NAME = _TEXT  # of a user's own figures: any identifier, checked where it is read
-_LIMIT = _any_check(_section_check({}, {"at_most": _NUMBER, "at_least": _NUMBER, "times": _COLUMN_NAME}), _NUMBER)
 _JOINT_FIELDS = {
     name: {str: _NAME_OR_NONE, int: _SMALL_COUNT, bool: _FLAG}[kind]
     for name, kind in JointLayout.__annotations__.items()
 }
-_COLUMN_KIND = _text_check("float|int|text", "float, int or text")
-_COLUMN_FIELDS = {
-    "unit": _UNIT,
-    "description": _TEXT,
-    "kind": _COLUMN_KIND,
-    "figure": _NAME_OR_NONE,
-    "joint": _NAME_OR_NONE,
-}
+_COLUMN_FIELDS = {"unit": _UNIT, "description": _TEXT, "kind": _text_check("float|int|text", "float, int or text")}
+_COLUMN_FIELDS |= _each("figure joint", _NAME_OR_NONE)
 _COLUMN_FIELDS["null"] = _text_check("|nothing|endless", "nothing or endless")
 _LAYOUT_FIELDS = {
     "mechanism": _WORD,
     "output": _WORD_OR_NONE,
-    "joints": _list_check(_fields_check(JointLayout, _JOINT_FIELDS)),
-    "columns": _list_check(_fields_check(Column, _COLUMN_FIELDS | {"name": _IDENTIFIER})),
-    "channels": _list_check(_fields_check(Column, _COLUMN_FIELDS | {"name": _CHANNEL})),
-    "until": _NAME_OR_NONE,
-    "life": _NAME_OR_NONE,
-    "frictions": _list_check(_IDENTIFIER),
-    "listed": _list_check(_CHANNEL),
-    **dict.fromkeys(_names("turns", "horizon", "error_check"), _FLAG),
+    "joints": [_Fields(JointLayout, _JOINT_FIELDS)],
+    "columns": [_Fields(Column, _COLUMN_FIELDS | {"name": _IDENTIFIER})],
+    "channels": [_Fields(Column, _COLUMN_FIELDS | {"name": _CHANNEL})],
+    "frictions": [_IDENTIFIER],
+    "listed": [_CHANNEL],
+    **_each("until life", _NAME_OR_NONE),
+    **_each("turns horizon error_check", _FLAG),
 }
-_RANGE = _section_check({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
-_FIT = _fields_check(Fit, {"name": _TEXT, **dict.fromkeys(_names("diameter", "low", "mean", "high"), _NUMBER)})
-_LAW_SECTION = _section_check({}, {"law": _WORD, "elastic": _WORD, "exponent": _NUMBER, "pressure": _WORD})
-_FEATURE_FIELDS = {**dict.fromkeys(_names("channel", "kind", "feature"), _TEXT), "unit": _UNIT}
-_FEATURE_FIELDS |= dict.fromkeys(_names("measured", "computed", "deviations"), _NUMBER)
-_SIGNAL_FIELDS = {"file": _TEXT, "channel": _TEXT, "revolutions": _COUNT, "speed": _any_check(_NOTHING, _NUMBER)}
-_SIGNAL_FIELDS |= dict.fromkeys(_names("samples", "orders", "angle"), _NUMBER) | {"noise": _list_check(_NUMBER)}
-_PARAMETER_FIELDS = {
-    "path": _PATH,
-    "determined": _text_check("well|weakly|not", "well, weakly or not"),
-    "ends": _list_check(_WORD),
+_FIT = _Fields(Fit, {"name": _TEXT, **_each("diameter low mean high", _NUMBER)})
+_FEATURE = _each("channel kind feature", _TEXT) | {"unit": _UNIT} | _each("measured computed deviations", _NUMBER)
+_SIGNAL = {"file": _TEXT, "channel": _TEXT, "revolutions": _COUNT, "speed": (_NOTHING, _NUMBER)}
+_SIGNAL |= _each("samples orders angle", _NUMBER) | {"noise": [_NUMBER]}
+_PARAMETER = {"path": _PATH, "determined": _text_check("well|weakly|not", "well, weakly or not"), "ends": [_WORD]}
+_IDENTIFIED = {
+    "parameters": [_PARAMETER | _each("value low high", _NUMBER)],
+    "traded": [[(_PATH, _NUMBER)]],
+    "fits": [_FEATURE],
+    "signals": [_SIGNAL],
+    "misfit": _NUMBER,
+    "explained": _FLAG,
+    **_each("looked_at finished", _COUNT),
+    "computed_speed": _NUMBER,
+    "priors": {"gain": _NUMBER, "noise": [_NUMBER]},
 }
-_PARAMETER_FIELDS |= dict.fromkeys(_names("value", "low", "high"), _NUMBER)
-_IDENTIFIED = _section_check(
-    {
-        "parameters": _list_check(_section_check(_PARAMETER_FIELDS, {})),
-        "traded": _list_check(_list_check(_any_check(_PATH, _NUMBER))),
-        "fits": _list_check(_section_check(_FEATURE_FIELDS, {})),
-        "signals": _list_check(_section_check(_SIGNAL_FIELDS, {})),
-        "misfit": _NUMBER,
-        "explained": _FLAG,
-        **dict.fromkeys(_names("looked_at", "finished"), _COUNT),
-        "computed_speed": _NUMBER,
-        "priors": _section_check({"gain": _NUMBER, "noise": _list_check(_NUMBER)}, {}),
-    },
-    {},
-)
-_NUMBER_OR_NONE = _any_check(_NOTHING, _NUMBER)
-_BEST = _section_check(
-    {
-        "point": _mapping_check(_PATH, _any_check(_NOTHING, _TEXT, _FLAG, _NUMBER)),
-        "value": _NUMBER,
-        "margin": _NUMBER_OR_NONE,
-        "needed": _mapping_check(_COLUMN_NAME, _TEXT),
-        **dict.fromkeys(_names("fit", "limiting"), _any_check(_NOTHING, _TEXT)),
-    },
-    {},
-)
-_EFFECT_FIELDS = {"path": _PATH, "unit": _UNIT, "value": _NUMBER, "margin": _NUMBER}
-_EFFECT_FIELDS |= dict.fromkeys(_names("lower", "upper"), _NUMBER_OR_NONE)
-_NEAREST_FIELDS = {
-    "best": _list_check(_BEST),
-    "needed": _mapping_check(_COLUMN_NAME, _TEXT),
-    "effects": _list_check(_section_check(_EFFECT_FIELDS, {})),
+_BEST = {
+    "point": _Chosen(_PATH, (_NOTHING, _TEXT, _FLAG, _NUMBER)),
+    "value": _NUMBER,
+    "margin": (_NOTHING, _NUMBER),
+    "needed": _Chosen(_COLUMN_NAME, _TEXT),
+    **_each("fit limiting", (_NOTHING, _TEXT)),
 }
-_NEAREST_FIELDS["furthest"] = _any_check(
-    _NOTHING, _section_check({"point": _SECTION, "value": _NUMBER, "margin": _NUMBER}, {})
-)
-_BATCH_FACTS = _section_check(
-    {
-        "shard": _any_check(_NOTHING, _text_check(r"[0-9a-f]{16}-[0-9a-f]{16}\.h5", "the name of a file of histories")),
-        "sha256": _text_check("([0-9a-f]{64})?", "a checksum"),
-        "written": _range_check(2**63 - 1, "a time in ns"),
-        "frame": _text_check("[0-9a-f]{64}", "a checksum"),
-    },
-    {"span": _list_check(_range_check(2**31, "a number of cases"))},
-)
-_LAW_FILE = _section_check(
-    {
-        **dict.fromkeys(_names("name", "path", "package"), _TEXT),
-        "text": _list_check(_TEXT),
-        "sha256": _CHECKSUM,
-        "laws": _list_check(_SECTION),
-    },
-    {"named": _mapping_check(_TEXT, _CHECKSUM)},
-)
-_REQUIRED: dict[str, Check] = {
+_EFFECT = {"path": _PATH, "unit": _UNIT, "value": _NUMBER, "margin": _NUMBER}
+_EFFECT |= _each("lower upper", (_NOTHING, _NUMBER))
+_NEAREST = {
+    "best?": [_BEST],
+    "needed?": _Chosen(_COLUMN_NAME, _TEXT),
+    "effects?": [_EFFECT],
+    "furthest?": (_NOTHING, {"point": _SECTION, "value": _NUMBER, "margin": _NUMBER}),
+}
+_BATCH_FACTS = {
+    "shard": (_NOTHING, _text_check(r"[0-9a-f]{16}-[0-9a-f]{16}\.h5", "the name of a file of histories")),
+    "sha256": _text_check("([0-9a-f]{64})?", "a checksum"),
+    "written": _range_check(2**63 - 1, "a time in ns"),
+    "frame": _text_check("[0-9a-f]{64}", "a checksum"),
+    "span?": [_range_check(2**31, "a number of cases")],
+}
+_LAW_FILE = {
+    **_each("name path package", _TEXT),
+    "text": [_TEXT],
+    "sha256": _CHECKSUM,
+    "laws": [_SECTION],
+    "named?": _Chosen(_TEXT, _CHECKSUM),
+}
+_LAW_SECTION = {"law?": _WORD, "elastic?": _WORD, "exponent?": _NUMBER, "pressure?": _WORD}
+_RECORD = {
     "frame": _SECTION,
-    "keys": _list_check(_WORD),
-    "layout": _fields_check(Layout, _LAYOUT_FIELDS),
-    "units": _mapping_check(_PATH, _UNIT),
-}
-_OPTIONAL: dict[str, Check] = {
-    "name": _text_check(r"\w[\w .+-]{0,99}", "the name of a run", re.UNICODE),
-    "mechanism": _section_check({"type": _WORD}, {"ideal": _mapping_check(_WORD, _WORD)}),
-    **dict.fromkeys(_names("drive", "loads", "simulate", "save"), _SECTION),
-    **dict.fromkeys((search.name for search in SEARCHES), _SECTION),
-    "laws": _list_check(_LAW_FILE),
-    "life": _section_check({}, {"limit": _NUMBER, "of": _WORD, "joint": _WORD}),
-    "joints": _mapping_check(
-        _WORD,
-        _section_check(
-            {}, dict.fromkeys(_names("contact", "friction", "wear", "film", "roughness", "profile"), _LAW_SECTION)
-        ),
-    ),
-    **dict.fromkeys(_names("sweep", "zip", "cases"), _VALUES_BY_PATH),
-    "sample": _section_check({"method": _WORD, "drawn": _VALUES_BY_PATH}, {"seed": _COUNT}),
-    "check_laws": _any_check(_FLAG, _SECTION),
-    "limits": _mapping_check(_COLUMN_NAME, _LIMIT),
-    "figures": _mapping_check(_COLUMN_NAME, _any_check(_TEXT, _SECTION)),
-    "seek": _section_check(
-        {}, {**dict.fromkeys(_names("largest", "smallest"), _any_check(_PATH, _list_check(_PATH))), "for": _WORD}
-    ),
-    "optimise": _section_check(
-        {"over": _mapping_check(_PATH, _accept_any)},
-        dict.fromkeys(_names("minimise", "maximise"), _list_check(_COLUMN_NAME)),
-    ),
-    "identify": _section_check({"over": _mapping_check(_PATH, _accept_any)}, {}),
-    "identified": _any_check(_NOTHING, _IDENTIFIED),
-    "nearest": _section_check(_NEAREST_FIELDS, {}),
-    "found": _section_check({"sentences": _list_check(_TEXT)}, {}),
-    "define": _mapping_check(_IDENTIFIER, _TEXT),
-    "source": _any_check(_TEXT, _NOTHING),
-    "case_labels": _list_check(_TEXT),
-    "fits": _mapping_check(_PATH, _list_check(_FIT)),
-    "labels": _mapping_check(_PATH, _mapping_check(_TEXT, _NUMBER)),
-    "written_units": _mapping_check(_PATH, _section_check({"unit": _TEXT, "factor": _NUMBER, "offset": _NUMBER}, {})),
-    "roles": _mapping_check(_PATH, _WORD),
-    "seeds": _SECTION,
-    "versions": _mapping_check(_WORD, _TEXT),
-    "machine": _SECTION,
-    **dict.fromkeys(_names("start", "end"), _any_check(_TEXT, _NOTHING)),
-    "counts": _mapping_check(_WORD, _COUNT),
-    "merged": _DIGESTS,
-    "blocks": _section_check({"size": _COUNT, "count": _COUNT, "numbers": _list_check(_COUNT)}, {}),
-    "answers": _DIGESTS,
-    "derived": _mapping_check(_TEXT, _RANGE),
-    "warnings": _list_check(_TEXT),
-    "shard": _any_check(_NOTHING, _text_check(r"\d{1,9}/\d{1,9}", "a shard such as 2/8")),
-    "joined": _list_check(_TEXT),
+    "keys": [_WORD],
+    "layout": _Fields(Layout, _LAYOUT_FIELDS),
+    "units": _Chosen(_PATH, _UNIT),
+    "name?": _text_check(r"\w[\w .+-]{0,99}", "the name of a run", re.UNICODE),
+    "mechanism?": {"type": _WORD, "ideal?": _Chosen(_WORD, _WORD)},
+    **_each("drive? loads? simulate? save? seeds? machine?", _SECTION),
+    **{f"{search.name}?": _SECTION for search in SEARCHES},
+    "laws?": [_LAW_FILE],
+    "life?": {"limit?": _NUMBER, "of?": _WORD, "joint?": _WORD},
+    "joints?": _Chosen(_WORD, _each("contact? friction? wear? film? roughness? profile?", _LAW_SECTION)),
+    **_each("sweep? zip? cases?", _VALUES_BY_PATH),
+    "sample?": {"method": _WORD, "drawn": _VALUES_BY_PATH, "seed?": _COUNT},
+    "check_laws?": (_FLAG, _SECTION),
+    "limits?": _Chosen(_COLUMN_NAME, ({"at_most?": _NUMBER, "at_least?": _NUMBER, "times?": _COLUMN_NAME}, _NUMBER)),
+    "figures?": _Chosen(_COLUMN_NAME, (_TEXT, _SECTION)),
+    "seek?": {**_each("largest? smallest?", (_PATH, [_PATH])), "for?": _WORD},
+    "optimise?": {"over": _Chosen(_PATH, _accept_any), **_each("minimise? maximise?", [_COLUMN_NAME])},
+    "identify?": {"over": _Chosen(_PATH, _accept_any)},
+    "identified?": (_NOTHING, _IDENTIFIED),
+    "nearest?": _NEAREST,
+    "found?": {"sentences": [_TEXT]},
+    "define?": _Chosen(_IDENTIFIER, _TEXT),
+    "case_labels?": [_TEXT],
+    "fits?": _Chosen(_PATH, [_FIT]),
+    "labels?": _Chosen(_PATH, _Chosen(_TEXT, _NUMBER)),
+    "written_units?": _Chosen(_PATH, {"unit": _TEXT, "factor": _NUMBER, "offset": _NUMBER}),
+    "roles?": _Chosen(_PATH, _WORD),
+    "versions?": _Chosen(_WORD, _TEXT),
+    **_each("source? start? end?", (_TEXT, _NOTHING)),
+    "counts?": _Chosen(_WORD, _COUNT),
+    **_each("merged? answers?", _DIGESTS),
+    "blocks?": {"size": _COUNT, "count": _COUNT, "numbers": [_COUNT]},
+    "derived?": _Chosen(_TEXT, {"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}),
+    "warnings?": [_TEXT],
+    "shard?": (_NOTHING, _text_check(r"\d{1,9}/\d{1,9}", "a shard such as 2/8")),
+    "joined?": [_TEXT],
 }
 
 

@@ -236,18 +236,14 @@ class LifeRun:
         self.records = [record for record in stored_blocks if record.life == life_index]
         self.blocks_requested = 0  # blocks requested in this process
         self.conformal_joint: WornJoint | None = None  # whose surfaces fit each other too closely
-        self.seconds_before = (
-            float(stored_blocks[-1].seconds[1]) if stored_blocks else 0.0
-        )  # s, processor time of earlier processes
+        #: Processor time (s) of earlier processes.
+        self.seconds_before = float(stored_blocks[-1].seconds[1]) if stored_blocks else 0.0
         self.start = np.zeros(self.size)
         self.target = next(worn for worn in self.worn_joints if worn.name == self.life.joint)
         most_wear = FIRST_WEAR * min(joint.clearance for joint in scene.case.joints)
-        limits = LifeLimits(
-            self.life.limit, most_wear, self.life.blocks, scene.case.simulate.revolutions, self.constant_rates
-        )
-        if (
-            scene.case.uncertain and not self.constant_rates
-        ):  # if rates are constant, one block also gives the further lives
+        blocks, turns = self.life.blocks, scene.case.simulate.revolutions
+        limits = LifeLimits(self.life.limit, most_wear, blocks, turns, self.constant_rates)
+        if scene.case.uncertain and not self.constant_rates:  # else one block also gives the further lives
             limits = limits._replace(further_lives=BOUNDING_LIVES - life_index)
         self.progress = LifePhase(limits, len(self.records), name)
 
@@ -506,9 +502,8 @@ def further_lives(
     for end in (LOW, HIGH):
         case = with_bounding_coefficients(life_run.scene.case, end)
         if life_run.constant_rates:
-            lives[end] = BoundingLife(
-                extrapolate_life(_repeated(_scaled(life_run, case)), life_run, life_run.settings(), life_run.start), ()
-            )
+            run_once, settings = _repeated(_scaled(life_run, case)), life_run.settings()
+            lives[end] = BoundingLife(extrapolate_life(run_once, life_run, settings, life_run.start), ())
             continue
         bounding_run = life_run.bounding(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(bounding_run.progress):
@@ -548,11 +543,6 @@ def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
 
 def figures(column: str, lives: dict[str, BoundingLife]) -> dict[str, float | None]:
     """Return both ends of a joint's life by column, with None for unknown ones; more wear means a shorter life."""
-    lives_by_side = {"low": lives[HIGH].life, "high": lives[LOW].life}
-    revolutions_at = {
-        end: life.revolutions if life and life.reached else math.nan for end, life in lives_by_side.items()
-    }
-    return {
-        f"{column}_life_{end}_uncertain": life_turns if math.isfinite(life_turns) else None
-        for end, life_turns in revolutions_at.items()
-    }
+    sides = {"low": lives[HIGH].life, "high": lives[LOW].life}
+    turns = {end: life.revolutions if life and life.reached else math.nan for end, life in sides.items()}
+    return {f"{column}_life_{end}_uncertain": each if math.isfinite(each) else None for end, each in turns.items()}

@@ -160,14 +160,8 @@ class DryLoadRatio(Ratio):
         return super().value(window, index) if window.case.joints[index].is_dry else None
 
 
-class RootMean(NamedTuple):
+class RootMean(Mean):
     """A root mean square, from the integral of the square over time."""
-
-    name: str  # of a field of ContactTotals or MechanismTotals
-
-    def take(self, totals: Totals | Summed, index: int | None) -> Any:
-        """Return the integral of the square."""
-        return _sum(totals, index, self.name)
 
     def value(self, window: Window, index: int | None) -> Any:
         """Return the root mean square over the window."""
@@ -180,14 +174,8 @@ class RootMean(NamedTuple):
         return value, 0.5 * width / value if value else 0.0
 
 
-class PerRevolution(NamedTuple):
+class PerRevolution(Mean):
     """A mean over revolutions, from a count."""
-
-    name: str  # of a field of ContactTotals or MechanismTotals
-
-    def take(self, totals: Totals | Summed, index: int | None) -> Any:
-        """Return the count."""
-        return _sum(totals, index, self.name)
 
     def value(self, window: Window, index: int | None) -> Any:
         """Return the mean over the window's revolutions."""

@@ -1,7 +1,7 @@
 """Bodies, joints and loads of a mechanism in its initial position, for drawings."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -82,11 +82,7 @@ def sketch(case: Case) -> Sketch | None:
     frames = _frames(machine)
 
     def position_of(body: str, point: str) -> np.ndarray:
-        origin, angle = frames[body]
-        x, y = machine.bodies[body].points[point]
-        c, s = math.cos(angle), math.sin(angle)
-        position: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
-        return position
+        return _placed(frames[body], machine.bodies[body].points[point])
 
     clearance_joints = {joint.name: joint for joint in case.joints}
     joints: list[SketchedJoint] = []
@@ -130,7 +126,7 @@ def sketch(case: Case) -> Sketch | None:
         SketchedBody(
             name,
             np.unique(np.round(carried_points[name], 12), axis=0),
-            _center(machine, frames, name),
+            _placed(frames[name], machine.bodies[name].center),
             frames[name][1],
             np.array([position_of(name, point) for point in body.elastic[:2]]) if body.elastic else None,
             tuple(body_rims[name]),
@@ -139,7 +135,8 @@ def sketch(case: Case) -> Sketch | None:
         if carried_points[name]
     )
     loads = tuple(_sketched_load(load, position_of, joints) for load in machine.loads)
-    return Sketch(bodies, tuple(joints), loads, _start_angle(machine))
+    drive: Any = machine.drive  # mypy takes it for a tuple of anything
+    return Sketch(bodies, tuple(joints), loads, float(drive.start_angle))
 
 
 def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
@@ -190,17 +187,12 @@ def _slot_wall(middle: np.ndarray, direction: float, joint: Joint) -> np.ndarray
     return wall
 
 
-def _center(machine: Machine, frames: dict, name: str) -> np.ndarray:
-    origin, angle = frames[name]
-    x, y = machine.bodies[name].center
+def _placed(frame: tuple[np.ndarray, float], point: Sequence[float]) -> np.ndarray:
+    """Return the place (2,) m of a point of a body in the fixed frame; frame : origin (2,) m and angle (rad)."""
+    (origin, angle), (x, y) = frame, point
     c, s = math.cos(angle), math.sin(angle)
     position: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
     return position
-
-
-def _start_angle(machine: Machine) -> float:
-    drive: Any = machine.drive  # mypy takes it for a tuple of anything
-    return float(drive.start_angle)
 
 
 def _sketched_load(

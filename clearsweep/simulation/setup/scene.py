@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -206,54 +206,32 @@ class SceneInputs(NamedTuple):
 def scene_inputs(scene: "Scene") -> SceneInputs:
     """Return the inputs that all runs of a scene share."""
     case, built, value, start = scene.case, scene.built, scene.value, scene.start
-    by_contact = _contact_inputs(case, value, scene.worn)
-    contacts = ContactInputs(*zip(*by_contact, strict=True)) if by_contact else ContactInputs(*[()] * 6)
+
+    def by_contact(values: Iterable[Any]) -> list[Any]:
+        """Return values of the joints for each of their contacts."""
+        return [each for each, joint in zip(values, value.joints, strict=True) for _ in contact_modes(joint)]
+
+    sides = by_contact(joint.side for joint in value.joints)
     internal, latched = _internal_states(value)
     knots = knots_of(scene.machine, is_timed=case.simulate.period is not None)
-    latches = [ONSET_FLOOR] * len(contacts.side) + [began for _, began in latched]
+    latches = [ONSET_FLOOR] * len(sides) + [began for _, began in latched]
+    worn = (scene.worn.get(joint.name) for joint in case.joints)
     initial = InitialState(
         parameters=numbers_of(value),
         y=start.tolist(),
-        weight=_weights(case, built, value, len(contacts.side), [state.scale for _, state, _ in internal]),
+        weight=_weights(case, built, value, len(sides), [state.scale for _, state, _ in internal]),
         latched=latches if scene.earlier_end is None else latched_of(scene.earlier_end, value.joints, built),
-        clearance=contacts.clearance,
-        film=chain.from_iterable(contacts.film),
+        clearance=by_contact(joint.clearance for joint in value.joints),
+        film=chain.from_iterable(by_contact(map(film_depths, value.joints))),
     )
+    limit_depths = by_contact(map(registry.penetration_limit, case.joints))  # m, to which each elastic law is valid
     return SceneInputs(
         initial_values=list(chain.from_iterable(initial)),
-        loop_inputs=[*knots, *[began for _, _, began in internal], *contacts.side, *contacts.limit_depth],
+        loop_inputs=[*knots, *[began for _, _, began in internal], *sides, *limit_depths],
         knots=len(knots),
-        has_friction=contacts.has_friction,
-        sliding_distance=contacts.sliding_distance,
+        has_friction=tuple(by_contact(joint.friction is not None or joint.film is not None for joint in case.joints)),
+        sliding_distance=tuple(by_contact(each.sliding_distance if each else 0.0 for each in worn)),
     )
-
-
-class ContactInputs(NamedTuple):
-    """Inputs that a contact has from its joint, or those of all contacts by field."""
-
-    side: Any  # of the joint, see `dry.Joint`
-    limit_depth: Any  # m, to which its elastic law is valid
-    clearance: Any  # m
-    film: Any  # m, see `film_depths`
-    has_friction: Any  # whether there may be a tangential force
-    sliding_distance: Any  # m, of earlier wear
-
-
-def _contact_inputs(case: Case, value: rates.Scene, worn: Mapping[str, Worn]) -> list[ContactInputs]:
-    """Return the inputs of all contacts."""
-    contacts: list[ContactInputs] = []
-    for joint, case_joint in zip(value.joints, case.joints, strict=True):
-        earlier_wear = worn.get(case_joint.name)
-        inputs = ContactInputs(
-            side=joint.side,
-            limit_depth=registry.penetration_limit(case_joint),
-            clearance=joint.clearance,
-            film=film_depths(joint),
-            has_friction=case_joint.friction is not None or case_joint.film is not None,
-            sliding_distance=earlier_wear.sliding_distance if earlier_wear else 0.0,
-        )
-        contacts += [inputs] * len(contact_modes(joint))
-    return contacts
 
 
 def length_unit(joints: tuple, built: Built) -> float:
@@ -393,9 +371,7 @@ def layout_of(case: Case) -> Layout:
     """Return the layout of a case; cases with the same features share one, since creating it takes 70 us."""
     features, sources = features_of(case), (FIGURES, MECHANISMS[case.mechanism.type])
     stored = _LAYOUTS.get(features)
-    if stored is None or any(
-        stored_source is not source for stored_source, source in zip(stored[0], sources, strict=True)
-    ):
+    if stored is None or any(old is not new for old, new in zip(stored[0], sources, strict=True)):
         stored = _LAYOUTS[features] = sources, Layout.with_features(features, catalogue())
     return stored[1]
 
@@ -460,17 +436,12 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, earlier_end: Carri
     if earlier_end is not None:
         depth_roots, internal = earlier_end.roots * np.sqrt(contact_units(terms)), earlier_end.internal.tolist()
     start = np.array([*built.start.tolist(), *depth_roots.tolist(), *internal])
-    layout, angle_clock = layout_of(case), _clock_of_case(case, machine, built)
+    cycle = case.simulate.period
+    length = 2.0 * math.pi / built.rate if cycle is None else cycle  # s
+    layout, angle_clock = layout_of(case), clock_of(machine, length, is_timed=cycle is not None)
     elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, bool(depth_roots.any()), machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed, earlier_end=earlier_end)
-
-
-def _clock_of_case(case: Case, machine: Machine | None, built: Built) -> Clock:
-    """Return the clock of a case."""
-    if case.simulate.period is not None:
-        return clock_of(machine, case.simulate.period, is_timed=True)
-    return clock_of(machine, 2.0 * math.pi / built.rate)
 
 
 def state_units(scene: Scene) -> np.ndarray:

@@ -112,15 +112,11 @@ def _spread(peaks: np.ndarray, marks: Marks, repetition: Repetition | None) -> S
     else:
         lasting = float(peaks[-MIN_REPEATS * repetition.period :].max())
         of_million = Quantile(lasting, lasting, lasting)
-    return Spread(median, p95, of_million, _largest_peak(peaks, marks))
-
-
-def _largest_peak(peaks: np.ndarray, marks: Marks) -> tuple[float, int] | None:
-    """Return the largest of the peaks (N) of the window's revolutions and the number of its revolution, or None."""
-    if not len(peaks):
-        return None
-    index = int(peaks.argmax())
-    return float(peaks[index]), math.floor(marks.turns[marks.window[index]] + MARK_TOLERANCE) + 1
+    highest = None
+    if len(peaks):
+        index = int(peaks.argmax())
+        highest = float(peaks[index]), math.floor(marks.turns[marks.window[index]] + MARK_TOLERANCE) + 1
+    return Spread(median, p95, of_million, highest)
 
 
 def marks_reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
