@@ -73,24 +73,13 @@ class ReferenceTrajectory(NamedTuple):
 
     def assess(self, solution: Solution) -> Errors:
         """Return the errors of a solution at the samples."""
-        half_count = len(self.times) // 2
-        is_complete = solution.states.shape == self.samples.shape and bool(np.all(np.isfinite(solution.states)))
-        error = (
-            np.abs(solution.states - self.samples) / self.scales
-            if is_complete
-            else np.full((2 * half_count, 1), np.nan)
-        )
+        half_count, error, peaks, first_peaks = len(self.times) // 2, np.array([np.nan]), None, None
+        if solution.states.shape == self.samples.shape and bool(np.all(np.isfinite(solution.states))):
+            error = np.abs(solution.states - self.samples) / self.scales
+            peaks, first_peaks = self._peak_error(solution), self._peak_error(solution, 3)
+        first_half, whole = float(error[:half_count].max()), float(error.max())
         are_events_exact = _have_same_events(solution.events, self.events)
-        peaks = self._peak_error(solution) if is_complete else None
-        first_peaks = self._peak_error(solution, 3) if is_complete else None
-        return Errors(
-            float(error[:half_count].max()),
-            float(error.max()),
-            len(solution.events),
-            are_events_exact,
-            peaks,
-            first_peaks,
-        )
+        return Errors(first_half, whole, len(solution.events), are_events_exact, peaks, first_peaks)
 
     def _peak_error(self, solution: Solution, count: int | None = None) -> float | None:
         """Return the largest relative error of the force peaks (or of `count` of them) in the first half."""
@@ -148,27 +137,27 @@ def restitution_of(factor: float) -> float:
     return float(1.0 + lambertw(-(1.0 + factor) * math.exp(-(1.0 + factor))).real) / factor
 
 
-def _reference_entries() -> dict:
-    """Return the entries of the reference trajectories by name."""
-    file = resources.files(__package__) / "references" / "planar.json"
-    return json.loads(file.read_text(encoding="utf-8"))["problems"]
+def read_problems(file: str) -> dict[str, Any]:
+    """Return the entries of the reference trajectories in a `file` of references by name."""
+    path = resources.files(__package__) / "references" / file
+    problems: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))["problems"]
+    return problems
 
 
 def all_problems() -> list:
     """Return all problems."""
-    return [
-        *(_reference_problem(name, entry) for name, entry in _reference_entries().items()),
-        _stiff_problem(),
-        _impact_pair_problem(),
-    ]
+    entries = read_problems("planar.json")
+    problems = [_reference_problem(name, entry) for name, entry in entries.items()]
+    return [*problems, _stiff_problem(entries["b_base"]), _impact_pair_problem()]
 
 
-def _stiff_problem() -> ReferenceTrajectory:
+def _stiff_problem(base: dict) -> ReferenceTrajectory:
     """Return a heavily damped contact as a problem; its trajectory is our own at the tightest tolerance.
 
-    scipy's methods, which share only the force law with it, give the same trajectory.
+    scipy's methods, which share only the force law with it, give the same trajectory.  `base`: entry of the problem
+    whose contact is replaced.
     """
-    source = copy.deepcopy(_reference_problem("", _reference_entries()["b_base"]).grid)
+    source = copy.deepcopy(_reference_problem("", base).grid)
     (joint,) = source["joints"]
     source["joints"][joint]["contact"] = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}
     source["simulate"]["revolutions"] = STIFF_TURNS
@@ -176,33 +165,19 @@ def _stiff_problem() -> ReferenceTrajectory:
     times = np.arange(1, 41) / 40 * STIFF_TURNS * 2.0 * math.pi / speed
     scales = np.array([0.05, 0.05, speed, speed * CRANK])
     title = "rod-slider, damped by 1e6 N s/m; reference: ours at 1e-12"
-    without_samples = ReferenceTrajectory(
-        "b_damped",
-        title,
-        source,
-        scales,
-        np.empty((0, 0)),
-        times,
-        np.empty((0, 5)),
-        STIFF_TURNS,
-        min_rival_tolerance=1e-6,
+    samples, events = np.empty((0, 0)), np.empty((0, 5))
+    problem = ReferenceTrajectory(
+        "b_damped", title, source, scales, samples, times, events, STIFF_TURNS, min_rival_tolerance=1e-6
     )
-    reference = solution_of(without_samples, simulate(scene_of(without_samples, REFERENCE_TOLERANCE), times=times))
-    return without_samples._replace(samples=reference.states, events=reference.events)
+    reference = solution_of(problem, simulate(scene_of(problem, REFERENCE_TOLERANCE), times=times))
+    return problem._replace(samples=reference.states, events=reference.events)
 
 
 def _reference_problem(name: str, entry: dict) -> ReferenceTrajectory:
     """Return a reference trajectory as a problem."""
-    joint = {
-        "clearance": entry["clearance"],
-        "bearing_radius": 0.01,
-        "contact": {
-            "law": "lankarani-nikravesh",
-            "stiffness": entry["stiffness"],
-            "restitution": entry["restitution"],
-            "onset": "first",  # as for the references
-        },
-    }
+    contact = {"law": "lankarani-nikravesh", "stiffness": entry["stiffness"], "restitution": entry["restitution"]}
+    contact["onset"] = "first"  # as for the references
+    joint = {"clearance": entry["clearance"], "bearing_radius": 0.01, "contact": contact}
     if "friction" in entry:
         joint["friction"] = entry["friction"]
     source = {
@@ -233,19 +208,11 @@ def _reference_problem(name: str, entry: dict) -> ReferenceTrajectory:
 
 def _impact_pair_problem() -> ImpactPair:
     """Return the impact pair as a problem."""
+    contact = {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": 0.9}
+    contact["onset"] = "first"  # supported by the rivals
     source = {
         "mechanism": {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0},
-        "joints": {
-            "pair": {
-                "clearance": 1e-3,
-                "contact": {
-                    "law": "lankarani-nikravesh",
-                    "stiffness": 6.61e10,
-                    "restitution": 0.9,
-                    "onset": "first",  # supported by the rivals
-                },
-            }
-        },
+        "joints": {"pair": {"clearance": 1e-3, "contact": contact}},
         "simulate": {"impacts": 5},
         "save": {"orbits": "none"},
     }
@@ -258,14 +225,13 @@ def solution_of(problem, trajectory) -> Solution:
     summary, channels = trajectory.summary, trajectory.channels
     names = _channel_names(problem)
     states = np.column_stack([channels[name] for name in names]) if channels and names else np.empty((0, 0))
-    events, joints = trajectory.events, [column_name(joint) for joint in problem.grid["joints"]]
+    joints = [column_name(joint) for joint in problem.grid["joints"]]
     rows = [
         (event["t"], joints.index(event["joint"]), EVENT_KINDS[event["kind"]], event["rate"], event["force_peak"])
-        for event in events
+        for event in trajectory.events
     ]
-    return Solution(
-        states, np.array(rows).reshape(-1, 5), summary["steps"], summary["steps_rejected"], summary["rhs_evaluations"]
-    )
+    costs = (summary[name] for name in ("steps", "steps_rejected", "rhs_evaluations"))
+    return Solution(states, np.array(rows).reshape(-1, 5), *costs)
 
 
 def _channel_names(problem) -> list[str]:
@@ -321,13 +287,13 @@ def _repeat_ours(problem, tolerance: float, method: str):
 
 def _solve_runge_kutta(problem, step: float) -> Solution:
     """Return the solution of Runge-Kutta 4 with a `step` (s)."""
-    return runge_kutta_4(scene_of(problem, HEADLINE_TOLERANCE), problem.times, step, problem.separations)
+    return _repeat_runge_kutta(problem, step)()
 
 
 def _repeat_runge_kutta(problem, step: float):
     """Return a function that runs Runge-Kutta 4."""
     scene = scene_of(problem, HEADLINE_TOLERANCE)
-    return lambda: runge_kutta_4(scene, problem.times, step, problem.separations) and None
+    return lambda: runge_kutta_4(scene, problem.times, step, problem.separations)
 
 
 def _solve_scipy(problem, tolerance: float, method: str) -> Solution:
@@ -455,19 +421,18 @@ def headline_figures(entries: list[dict]) -> dict:
     entry = next(entry for entry in entries if entry["name"] == FLAGSHIP)
     event_driven, rival = (find_row(entry, name, HEADLINE_TOLERANCE) for name in ("event-driven", "scipy DOP853"))
     time_at_equal_error = time_at_error(entry, "scipy DOP853", event_driven["error_first_half"])
+    own_time = event_driven["ms_per_revolution"]
     return {
         "problem": FLAGSHIP,
         "tolerance": HEADLINE_TOLERANCE,
-        "ms_per_revolution": event_driven["ms_per_revolution"],
+        "ms_per_revolution": own_time,
         "integration_ms_per_revolution": event_driven["integration_ms_per_revolution"],
         "error_first_half": event_driven["error_first_half"],
         "scipy_ms_per_revolution": rival["ms_per_revolution"],
         "scipy_error_first_half": rival["error_first_half"],
-        "ratio_at_equal_tolerance": rival["ms_per_revolution"] / event_driven["ms_per_revolution"],
+        "ratio_at_equal_tolerance": rival["ms_per_revolution"] / own_time,
         "scipy_ms_per_revolution_at_equal_error": time_at_equal_error,
-        "ratio_at_equal_error": time_at_equal_error / event_driven["ms_per_revolution"]
-        if time_at_equal_error
-        else None,
+        "ratio_at_equal_error": time_at_equal_error / own_time if time_at_equal_error else None,
         "scipy_over_first_measured": {
             f"{tolerance:g}": find_row(entry, "scipy DOP853", tolerance)["ms_per_revolution"] / first_measured
             for tolerance, first_measured in FIRST_MEASURED_MS.items()
@@ -485,9 +450,8 @@ def time_at_error(entry: dict, method: str, error: float) -> float | None:
     points = [(row["error_first_half"], row["ms_per_revolution"]) for row in rows]
     for (larger_error, shorter), (smaller_error, longer) in itertools.pairwise(points):
         if larger_error >= error >= smaller_error and larger_error > smaller_error:
-            return shorter * (longer / shorter) ** (
-                math.log(larger_error / error) / math.log(larger_error / smaller_error)
-            )
+            share = math.log(larger_error / error) / math.log(larger_error / smaller_error)
+            return shorter * (longer / shorter) ** share
     return None
 
 

@@ -80,9 +80,8 @@ def levels_of(tree: Tree) -> dict[str, list[Level]]:
         path: values[path] for path in ("drive.speed", "drive.initial_speed", "mechanism.speed") if path in values
     }
     restitutions = [path for path in in_contact if path.endswith(".restitution")]
-    friction = [
-        path for path in values if path.startswith("joints.") and ".friction." in path and path.endswith("coefficient")
-    ]
+    in_friction = [path for path in values if path.startswith("joints.") and ".friction." in path]
+    friction = [path for path in in_friction if path.endswith("coefficient")]
     start = tree["simulate"].get("start", "centred")
     factors = {
         "clearance": _scaled("clearance", clearances),

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..language import wording
-from ..report.blocks.section import Block, Gallery, Picture, Points, Section
-from ..report.blocks.table import Column, Table
+from ..report.blocks.section import Block, Gallery, Picture, Points, Section, capitalise
+from ..report.blocks.table import Table, columns_of
 from ..report.documents.page import Page
 from ..report.plot import Axes, ColourScale
 from .reference_run import CLEARANCES, HALF
@@ -111,7 +111,7 @@ def write_page(result: Mapping[str, Any], levels: Sequence[Levels], units: Mappi
         if case["stability"]["tried"]:
             pictures.append(_stability_picture(case, factors))
         blocks: list[Block] = [Points([reference_sentence(case)]), Gallery("", pictures), *_tables(case)]
-        sections.append(Section(f"case-{case['case_id']}", wording_title(case_title(case, units)), blocks))
+        sections.append(Section(f"case-{case['case_id']}", capitalise(case_title(case, units)), blocks))
     page = Page(
         name=result["grid"],
         subtitle="error against run time, stability and cost",
@@ -122,32 +122,27 @@ def write_page(result: Mapping[str, Any], levels: Sequence[Levels], units: Mappi
     return page.write(out)
 
 
-def wording_title(text: str) -> str:
-    """Return a text with a capital."""
-    return text[:1].upper() + text[1:]
-
-
 def _tables(case: Mapping[str, Any]) -> list[Block]:
     """Return the tables of a case: the ladder, the failed variants, the cost of the parts."""
     tables: list[Block] = []
     key = wording.short_id(case["case_id"])
     if case["ladder"]:
-        columns = (*map(Column, ("method", "tolerance", "error", "first peaks")), Column("time", "s"))
         rows = [
             (*(row[name] for name in ("method", "tolerance", "error", "peaks")), _seconds(row["milliseconds"]))
             for row in case["ladder"]
         ]
         note = "Error in clearances; relative error of the first three force peaks; processor time a revolution."
+        columns = columns_of("method | tolerance | error | first peaks | time [s]")
         tables.append(Table(f"ladder_{key}", "Error against run time", note, columns, rows))
     failed = case["stability"]["failed"]
     if failed:
         rows = [(entry["text"], entry["status"], entry["why"]) for entry in failed]
-        heads = tuple(map(Column, ("variant", "status", "why")))
+        heads = columns_of("variant | status | why")
         tables.append(Table(f"variants_{key}", "Variants that fail", "", heads, rows))
     if case["parts"]:
         rows = [(part["part"], _seconds(part["milliseconds"])) for part in case["parts"]]
         note = "Found by leaving the part out; `rates` is what remains without any of them."
-        tables.append(Table(f"parts_{key}", "Cost of the parts", note, (Column("part"), Column("time", "s")), rows))
+        tables.append(Table(f"parts_{key}", "Cost of the parts", note, columns_of("part | time [s]"), rows))
     return tables
 
 

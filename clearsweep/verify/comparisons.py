@@ -2,11 +2,9 @@
 
 import copy
 import itertools
-import json
 import math
 import time
 from collections.abc import Callable, Sequence
-from importlib import resources
 from typing import Any
 
 import numpy as np
@@ -19,8 +17,8 @@ from ..simulation.analyses.trajectory import simulate
 from ..simulation.figures.catalogue import Blocks, Interval
 from ..simulation.running.observed_run import Decision
 from ..simulation.setup import scene
-from .accuracy import ImpactPair, ReferenceTrajectory, all_problems, scene_of
-from .extremes import ExtremeCase, contact_section, slider_crank_grid, tanh_section, voigt_section
+from .accuracy import ImpactPair, ReferenceTrajectory, all_problems, read_problems, scene_of
+from .extremes import ExtremeCase, contact_section, crank_case, tanh_section, voigt_section
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Convergence of statistics with the tolerance and the length of a run, where pointwise errors are meaningless.
@@ -124,17 +122,10 @@ TITLES = {
 }
 
 
-def read_references() -> dict[str, Any]:
-    """Return the references by name."""
-    file = resources.files(__package__) / "references" / "machines.json"
-    problems: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))["problems"]
-    return problems
-
-
 def measure_machines(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return `rows`, one for every machine and tolerance; none if `quick`, because each machine compiles a scene."""
     rows = []
-    for name, entry in ({} if quick else read_references()).items():
+    for name, entry in ({} if quick else read_problems("machines.json")).items():
         if report_progress:
             report_progress(f"machines: {name}")
         rows += [run_machine(name, entry, tolerance) for tolerance in MACHINE_TOLERANCES]
@@ -177,11 +168,8 @@ def event_error(times: np.ndarray, reference: np.ndarray) -> float:
 def _relative_error(computed: np.ndarray, reference: np.ndarray) -> float:
     """Return the largest error over the largest value, 0 for a channel at rest."""
     largest = float(np.max(np.abs(reference)))
-    return (
-        float(np.max(np.abs(computed - reference))) / largest
-        if largest > REST_VALUE and math.isfinite(largest)
-        else 0.0
-    )
+    is_moving = largest > REST_VALUE and math.isfinite(largest)
+    return float(np.max(np.abs(computed - reference))) / largest if is_moving else 0.0
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -209,28 +197,26 @@ ROUNDS = 3  # the least run time counts
 def stiff_cases() -> list[ExtremeCase]:
     """Return cases in which plain sweeps limit the steps of the explicit method: damping, stiffness, friction."""
     loaded: dict[str, Any] = {"gravity": 9.81, "start": "seated"}
-    steep_friction, soft_contact = tanh_section(0.3, 1e-5), contact_section(1e9, 0.1)
+    steep_friction = {"contact": contact_section(1e9, 0.1), "friction": tanh_section(0.3, 1e-5), "speed": 60} | loaded
     return [
-        ExtremeCase("damping/C 1e6 N s/m", slider_crank_grid("C", contact=voigt_section(1e6))),
-        ExtremeCase("damping/C 1e7 N s/m", slider_crank_grid("C", contact=voigt_section(1e7))),
-        ExtremeCase("damping/BC 1e6 N s/m", slider_crank_grid("BC", speed=1500, contact=voigt_section(1e6))),
-        ExtremeCase("damping/ABC 1e6 N s/m", slider_crank_grid("ABC", speed=1500, contact=voigt_section(1e6))),
-        ExtremeCase(
-            "stiffness/C 1e13, restitution 0.01, 300 rpm",
-            slider_crank_grid("C", speed=300, contact=contact_section(1e13, 0.01), **loaded),
+        crank_case("damping", "C", "1e6 N s/m", contact=voigt_section(1e6)),
+        crank_case("damping", "C", "1e7 N s/m", contact=voigt_section(1e7)),
+        *(
+            crank_case("damping", opening, "1e6 N s/m", speed=1500, contact=voigt_section(1e6))
+            for opening in ("BC", "ABC")
         ),
-        ExtremeCase(
-            "stiffness/C 1e14, restitution 0.01, 300 rpm",
-            slider_crank_grid("C", speed=300, contact=contact_section(1e14, 0.01), **loaded),
+        *(
+            crank_case(
+                "stiffness",
+                "C",
+                f"{text}, restitution 0.01, 300 rpm",
+                speed=300,
+                contact=contact_section(stiffness, 0.01),
+                **loaded,
+            )
+            for text, stiffness in (("1e13", 1e13), ("1e14", 1e14))
         ),
-        ExtremeCase(
-            "friction/C full at 1e-5 m/s, 60 rpm",
-            slider_crank_grid("C", speed=60, contact=soft_contact, friction=steep_friction, **loaded),
-        ),
-        ExtremeCase(
-            "friction/B full at 1e-5 m/s, 60 rpm",
-            slider_crank_grid("B", speed=60, contact=soft_contact, friction=steep_friction, **loaded),
-        ),
+        *(crank_case("friction", opening, "full at 1e-5 m/s, 60 rpm", **steep_friction) for opening in "CB"),
     ]
 
 
@@ -244,15 +230,11 @@ def measure_stiff(*, quick: bool = False, report_progress: Callable[[str], None]
     for case in stiff_cases():
         if report_progress:
             report_progress(f"stiffness: {case.name}")
-        rows += compare_at_equal_error(case, QUICK_TOLERANCES if quick else TOLERANCES)
-        choices += [
-            compare_methods(case, tolerance) for tolerance in (QUICK_TOLERANCES if quick else CHOICE_TOLERANCES)
-        ]
-    return {
-        "rows": rows,
-        "choices": choices,
-        "others": [evaluation_ratio(problem) for problem in all_problems() if problem.name != "b_damped"],
-    }
+        tolerances, choice_tolerances = (QUICK_TOLERANCES,) * 2 if quick else (TOLERANCES, CHOICE_TOLERANCES)
+        rows += compare_at_equal_error(case, tolerances)
+        choices += [compare_methods(case, tolerance) for tolerance in choice_tolerances]
+    others = [evaluation_ratio(problem) for problem in all_problems() if problem.name != "b_damped"]
+    return {"rows": rows, "choices": choices, "others": others}
 
 
 def evaluation_ratio(problem: ReferenceTrajectory | ImpactPair) -> dict[str, Any]:
@@ -275,15 +257,11 @@ def compare_at_equal_error(case: ExtremeCase, tolerances: Sequence[float]) -> li
             if auto["error"] <= explicit["error"]:
                 break
         is_as_accurate = auto["error"] <= explicit["error"]
-        rows.append(
-            {
-                "name": case.name,
-                "explicit": explicit,
-                "auto": auto,
-                "evaluations_ratio": explicit["rhs_evaluations"] / auto["rhs_evaluations"] if is_as_accurate else None,
-                "run_time_ratio": explicit["run_time"] / auto["run_time"] if is_as_accurate else None,
-            }
-        )
+        ratios = {
+            f"{ratio}_ratio": explicit[name] / auto[name] if is_as_accurate else None
+            for ratio, name in (("evaluations", "rhs_evaluations"), ("run_time", "run_time"))
+        }
+        rows.append({"name": case.name, "explicit": explicit, "auto": auto} | ratios)
     return rows
 
 

@@ -146,92 +146,76 @@ def extreme_cases() -> list[ExtremeCase]:
     ]
 
 
+def crank_case(group: str, opening: str, text: str, **settings: Any) -> ExtremeCase:
+    """Return a case of `slider_crank_grid` with these settings."""
+    return ExtremeCase(f"{group}/{opening} {text}", slider_crank_grid(opening, **settings))
+
+
 def _one_quantity_cases() -> Iterator[ExtremeCase]:
     """Yield cases in which one quantity varies over its range."""
     for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
-        yield ExtremeCase(
-            f"stiffness/{opening} {stiffness:.0e}",
-            slider_crank_grid(opening, speed=speed, contact=contact_section(stiffness)),
-        )
+        contact = contact_section(stiffness)
+        yield crank_case("stiffness", opening, f"{stiffness:.0e}", speed=speed, contact=contact)
     for clearance, opening in itertools.product((1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")):
-        yield ExtremeCase(
-            f"clearance/{opening} {clearance:.0e} m", slider_crank_grid(opening, speed=1500, clearance=clearance)
-        )
+        yield crank_case("clearance", opening, f"{clearance:.0e} m", speed=1500, clearance=clearance)
     for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
         contact = contact_section(restitution=restitution)
-        yield ExtremeCase(f"restitution/{opening} {restitution:g}", slider_crank_grid(opening, contact=contact))
+        yield crank_case("restitution", opening, f"{restitution:g}", contact=contact)
     for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS, ("C", "ABC")):
-        grid = slider_crank_grid(opening, speed=speed, contact=contact_section(stiffness, 0.7), gravity=9.81)
-        yield ExtremeCase(f"speed/{opening} {speed} rpm", grid)
+        contact = contact_section(stiffness, 0.7)
+        yield crank_case("speed", opening, f"{speed} rpm", speed=speed, contact=contact, gravity=9.81)
     sections = {"tanh": tanh_section, "ambrosio": ambrosio_section}
-    for friction_law, opening in (("tanh", "C"), ("ambrosio", "C"), ("tanh", "BC"), ("tanh", "ABC")):
+    for law, opening in (("tanh", "C"), ("ambrosio", "C"), ("tanh", "BC"), ("tanh", "ABC")):
         for coefficient in (0.01, 0.1, 0.3, 0.5, 1.0):
-            name = f"friction/{opening} {friction_law} {coefficient:g}"
-            yield ExtremeCase(
-                name, slider_crank_grid(opening, speed=3000, friction=sections[friction_law](coefficient), gravity=9.81)
-            )
+            friction = sections[law](coefficient)
+            yield crank_case("friction", opening, f"{law} {coefficient:g}", speed=3000, friction=friction, gravity=9.81)
     for mass_factor, opening in itertools.product((1e-2, 1e-1, 10.0, 1e2), ("C", "BC", "ABC")):
-        yield ExtremeCase(
-            f"mass/{opening} all x {mass_factor:g}", slider_crank_grid(opening, mass_factor=mass_factor, speed=2000)
-        )
+        yield crank_case("mass", opening, f"all x {mass_factor:g}", mass_factor=mass_factor, speed=2000)
     for slider_mass, opening in itertools.product((1e-3, 1e-2, 1.0, 10.0), ("C", "BC")):
-        yield ExtremeCase(
-            f"mass/{opening} slider {slider_mass:g} kg", slider_crank_grid(opening, slider_mass=slider_mass, speed=2000)
-        )
+        yield crank_case("mass", opening, f"slider {slider_mass:g} kg", slider_mass=slider_mass, speed=2000)
 
 
 def _degenerate_cases() -> Iterator[ExtremeCase]:
     """Yield starts in contact, exactly centred without gravity, and at the bearing's edge without force or speed."""
     for opening, speed in itertools.product(OPENINGS, (300, 5000)):
-        grid = slider_crank_grid(
-            opening, speed=speed, contact=contact_section(restitution=0.5), gravity=9.81, start="seated"
-        )
-        yield ExtremeCase(f"seated/{opening} {speed} rpm", grid)
+        settings = {"contact": contact_section(restitution=0.5), "gravity": 9.81, "start": "seated"}
+        yield crank_case("seated", opening, f"{speed} rpm", speed=speed, **settings)
     for opening in OPENINGS:
-        yield ExtremeCase(
-            f"centred/{opening} weightless", slider_crank_grid(opening, speed=1000, contact=contact_section(1e9, 0.5))
-        )
+        yield crank_case("centred", opening, "weightless", speed=1000, contact=contact_section(1e9, 0.5))
     for speed in (1, 10, 100):
-        yield ExtremeCase(
-            f"centred/C weightless, {speed} rpm", slider_crank_grid("C", speed=speed, contact=contact_section(1e7, 0.1))
-        )
+        yield crank_case("centred", "C", f"weightless, {speed} rpm", speed=speed, contact=contact_section(1e7, 0.1))
     for forward, sideways in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
         for speed in (100, 3000):
-            name = f"touching/C at {forward:.2g}, {sideways:.2g} clearances, {speed} rpm"
-            yield ExtremeCase(
-                name, slider_crank_grid("C", speed=speed, contact=contact_section(1e10, 0.5)), (forward, sideways)
-            )
+            text = f"at {forward:.2g}, {sideways:.2g} clearances, {speed} rpm"
+            case = crank_case("touching", "C", text, speed=speed, contact=contact_section(1e10, 0.5))
+            yield case._replace(displacement=(forward, sideways))
 
 
 def _tuned_cases() -> Iterator[ExtremeCase]:
     """Yield grazing onsets, and simultaneous onsets of two joints."""
     for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
-        grid = slider_crank_grid(opening, speed=speed, contact=contact_section(restitution=restitution))
-        tuning = ("graze", f"joints.{JOINT_BY_LETTER[opening]}.clearance", 1e-4, 3e-3)
-        yield ExtremeCase(f"graze/{opening} {speed} rpm {restitution:g}", grid, tuning=tuning)
-    for (tuned_letter, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
-        tuning = ("meet", f"joints.{JOINT_BY_LETTER[tuned_letter]}.clearance", 1e-6, 4e-3)
-        yield ExtremeCase(f"simultaneous/{opening} {speed} rpm", slider_crank_grid(opening, speed=speed), tuning=tuning)
+        contact = contact_section(restitution=restitution)
+        case = crank_case("graze", opening, f"{speed} rpm {restitution:g}", speed=speed, contact=contact)
+        yield case._replace(tuning=("graze", f"joints.{JOINT_BY_LETTER[opening]}.clearance", 1e-4, 3e-3))
+    for (letter, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
+        case = crank_case("simultaneous", opening, f"{speed} rpm", speed=speed)
+        yield case._replace(tuning=("meet", f"joints.{JOINT_BY_LETTER[letter]}.clearance", 1e-6, 4e-3))
     for opening in ("BC", "ABC"):  # all separate together, from rest under their static load
-        yield ExtremeCase(
-            f"simultaneous/{opening} equal joints, seated",
-            slider_crank_grid(opening, contact=contact_section(1e12), start="seated"),
-        )
+        contact = contact_section(1e12)
+        yield crank_case("simultaneous", opening, "equal joints, seated", contact=contact, start="seated")
 
 
 def _stiff_cases() -> Iterator[ExtremeCase]:
     """Yield contacts whose damping or friction is faster than the motion."""
     for damping, opening, speed in itertools.product((1e6, 1e7), ("C", "BC"), (300, 1500, 5000)):
-        grid = slider_crank_grid(opening, speed=speed, contact=voigt_section(damping))
-        yield ExtremeCase(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
+        contact = voigt_section(damping)
+        yield crank_case("stiff", opening, f"damping {damping:.0e}, {speed} rpm", speed=speed, contact=contact)
     for stiffness, opening in itertools.product((1e12, 1e13, 1e14), ("C", "B")):
-        grid = slider_crank_grid(opening, speed=300, contact=contact_section(stiffness, 0.01), gravity=9.81)
-        yield ExtremeCase(f"stiff/{opening} {stiffness:.0e}, restitution 0.01", grid)
+        settings = {"contact": contact_section(stiffness, 0.01), "gravity": 9.81}
+        yield crank_case("stiff", opening, f"{stiffness:.0e}, restitution 0.01", speed=300, **settings)
     for scale, opening in itertools.product((1e-3, 1e-4, 1e-5), ("C", "B")):
-        grid = slider_crank_grid(
-            opening, speed=60, contact=contact_section(1e9, 0.1), friction=tanh_section(0.3, scale), gravity=9.81
-        )
-        yield ExtremeCase(f"stiff/{opening} friction full at {scale:.0e} m/s", grid)
+        settings = {"contact": contact_section(1e9, 0.1), "friction": tanh_section(0.3, scale), "gravity": 9.81}
+        yield crank_case("stiff", opening, f"friction full at {scale:.0e} m/s", speed=60, **settings)
 
 
 def _mixed_cases() -> Iterator[ExtremeCase]:
@@ -300,16 +284,10 @@ def _rough_cases() -> Iterator[ExtremeCase]:
 
 def _expensive_cases() -> Iterator[ExtremeCase]:
     """Yield contacts with so many oscillations per revolution that they may exceed the budget of steps."""
-    yield ExtremeCase(
-        "dear/C undamped 1e14, 1 rpm", slider_crank_grid("C", speed=1, contact=contact_section(1e14, 1.0))
-    )
-    yield ExtremeCase(
-        "dear/ABC undamped 1e14, 1 rpm",
-        slider_crank_grid("ABC", speed=1, contact=contact_section(1e14, 1.0), gravity=9.81),
-    )
-    yield ExtremeCase(
-        "dear/C 1e14, 10 rpm", slider_crank_grid("C", speed=10, contact=contact_section(1e14, 0.9), gravity=9.81)
-    )
+    undamped = contact_section(1e14, 1.0)
+    yield crank_case("dear", "C", "undamped 1e14, 1 rpm", speed=1, contact=undamped)
+    yield crank_case("dear", "ABC", "undamped 1e14, 1 rpm", speed=1, contact=undamped, gravity=9.81)
+    yield crank_case("dear", "C", "1e14, 10 rpm", speed=10, contact=contact_section(1e14, 0.9), gravity=9.81)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

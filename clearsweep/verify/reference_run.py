@@ -236,9 +236,7 @@ class Truth:
         reference = self._reference
         error = float(np.max(distances(self.tree, path, reference.path, mask), initial=0.0))
         own, truth = (log[log["t"] <= reference.limit] for log in (path.events, reference.path.events))
-        is_equal = len(own) == len(truth) and bool(
-            np.all(own["joint"] == truth["joint"]) and np.all(own["kind"] == truth["kind"])
-        )
+        is_equal = len(own) == len(truth) and all(np.array_equal(own[name], truth[name]) for name in ("joint", "kind"))
         peaks, true_peaks = (log["force_peak"][log["kind"] == "off"][:FIRST_PEAKS] for log in (own, truth))
         comparable = len(peaks) == len(true_peaks) > 0 and bool(np.all(true_peaks > 0.0)) and bool(np.all(peaks > 0.0))
         peak_error = float(np.max(np.abs(peaks / true_peaks - 1.0))) if comparable else None
@@ -289,13 +287,12 @@ def distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None 
             error = path[channel] - (truth[channel] if mask is None else truth[channel][mask])
             largest = np.maximum(largest, np.abs(error) / (np.max(np.abs(truth[channel])) or 1.0))
     for name, joint in tree.get("joints", {}).items():
-        channels = [f"joints/{column_name(name)}/{axis}" for axis in "xyz"]
-        parts = [
+        errors = [
             path[channel] - (truth[channel] if mask is None else truth[channel][mask])
-            for channel in channels
+            for channel in (f"joints/{column_name(name)}/{axis}" for axis in "xyz")
             if channel in truth.channels
         ]
-        largest = np.maximum(largest, np.sqrt(np.sum(np.square(parts), axis=0)) / clearance_of(joint))
+        largest = np.maximum(largest, np.sqrt(np.sum(np.square(errors), axis=0)) / clearance_of(joint))
     return largest
 
 

@@ -209,14 +209,11 @@ def sampled(case_scene, times, solution: Solution) -> Trajectory:
         joint_gaps = gaps(case_scene.value.mechanism, pose_at(case_scene.value.mechanism, np.append(state, time)))
         for prefix, joint, gap in zip(prefixes, case_scene.value.joints, joint_gaps, strict=True):
             channels[f"{prefix}/x"][row], channels[f"{prefix}/y"][row] = joint.side * gap.x, joint.side * gap.y
-    events = np.array(
-        [
-            (moment, names[int(joint)], EVENT_KINDS[int(kind == SEPARATION)], rate, peak)
-            for moment, joint, kind, rate, peak in solution.events
-        ],
-        EVENT_DTYPE,
-    )
-    return Trajectory("ok", "", {}, channels | {"t": times}, events)
+    rows = [
+        (moment, names[int(joint)], EVENT_KINDS[int(kind == SEPARATION)], rate, peak)
+        for moment, joint, kind, rate, peak in solution.events
+    ]
+    return Trajectory("ok", "", {}, channels | {"t": times}, np.array(rows, EVENT_DTYPE))
 
 
 def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> Solution:
@@ -240,9 +237,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         row = 2 * coordinate_count + 1 + JOINT_WIDTH * j + DEPTH_COLUMN
 
         def depth(t, y):
-            if (
-                at_event == j and t - begin < dead_time
-            ):  # zero except for rounding, whose sign must not hide the next event
+            if at_event == j and t - begin < dead_time:  # 0 but for rounding, whose sign must not hide the next event
                 return -TINY_DEPTH * depth.direction
             return evaluate(t, y)[row]
 

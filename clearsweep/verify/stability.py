@@ -131,13 +131,11 @@ def run_case(case: ExtremeCase) -> dict[str, Any]:
 def run_scene(case_scene: scene.Scene) -> dict[str, Any]:
     """Return status, costs and residuals of a scene; `failure` is empty if it passes."""
     turns = case_scene.case.simulate.revolutions if case_scene.layout.turns else 1.0
-    times = None  # of a free crank they are unknown in advance: the grid's own samples
-    if not case_scene.crank_clock.free:
-        times = (
-            np.linspace(0.0, case_scene.crank_clock.value_after(turns), SAMPLES + 1)
-            if case_scene.layout.turns
-            else np.empty(0)
-        )
+    times = None if case_scene.layout.turns else np.empty(0)
+    if case_scene.crank_clock.free:  # times are unknown in advance: the grid's own samples
+        times = None
+    elif case_scene.layout.turns:
+        times = np.linspace(0.0, case_scene.crank_clock.value_after(turns), SAMPLES + 1)
     trajectory = simulate(case_scene, times=times)
     summary = trajectory.summary
     row = {
@@ -187,14 +185,11 @@ def _failure_text(case_scene: scene.Scene, trajectory: Trajectory, row: dict[str
     allowed = max(BOUND_TOLERANCE, 10.0 * case_scene.case.simulate.tolerance)
     if row["share_of_bound"] > 1.0 + allowed:
         return f"penetration: {row['share_of_bound']:.2f} of its bound; {_accuracy_note(case_scene)}"
-    for index, joint_layout in enumerate(case_scene.layout.joints):
-        if (
-            trajectory.channels
-            and (escape := largest_escape(case_scene, trajectory, index, joint_layout.name)) > allowed
-        ):
+    for index, layout in enumerate(case_scene.layout.joints if trajectory.channels else ()):
+        escape = largest_escape(case_scene, trajectory, index, layout.name)
+        if escape > allowed:
             return (
-                f"contact lost: {joint_layout.name} is {escape:.1e} clearances beyond its bearing, and no contact is "
-                "logged"
+                f"contact lost: {layout.name} is {escape:.1e} clearances beyond its bearing, and no contact is logged"
             )
     return ""
 
@@ -204,12 +199,10 @@ def _accuracy_note(case_scene: scene.Scene) -> str:
     settings = case_scene.case.simulate
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
     end = case_scene.crank_clock.value_after(settings.revolutions) if case_scene.layout.turns else math.inf
-    default_run, tighter_run = (
-        integration_of(
-            dataclasses.replace(case_scene, case=case_scene.case._replace(simulate=run_settings)), np.empty(0), end
-        )
-        for run_settings in (settings, tighter)
+    scenes = (
+        dataclasses.replace(case_scene, case=case_scene.case._replace(simulate=each)) for each in (settings, tighter)
     )
+    default_run, tighter_run = (integration_of(each, np.empty(0), end) for each in scenes)
     if tighter_run.status != default_run.status:
         return "it does not end at a tenth of the tolerance"
     depths, tighter_depths = (
@@ -237,10 +230,16 @@ def largest_escape(case_scene: scene.Scene, trajectory: Trajectory, index: int, 
         return _largest_approach(case_scene, trajectory, index, name) / clearance
     if case_scene.layout.joints[index].corners:
         return _largest_gap(case_scene, trajectory, index, name) / clearance - 1.0
-    events = trajectory.events[trajectory.events["joint"] == name]
-    in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + case_scene.in_contact) % 2 == 1
+    in_contact = _in_contact(trajectory, name, began=case_scene.in_contact)
     eccentricity = np.hypot(trajectory[f"joints/{name}/x"], trajectory[f"joints/{name}/y"])[~in_contact]
     return float(np.max(eccentricity, initial=0.0)) / clearance - 1.0
+
+
+def _in_contact(trajectory: Trajectory, contact: str, *, began: bool) -> np.ndarray:
+    """Return whether a contact was logged to be closed at the samples, (n,); `began` : at the start."""
+    events = trajectory.events[trajectory.events["joint"] == contact]
+    closed: np.ndarray = (np.searchsorted(events["t"], trajectory.t, side="right") + began) % 2 == 1
+    return closed
 
 
 def _largest_overlap(case_scene: scene.Scene, trajectory: Trajectory, index: int) -> float:
@@ -250,9 +249,8 @@ def _largest_overlap(case_scene: scene.Scene, trajectory: Trajectory, index: int
     contacts = [name for each in case_scene.layout.joints for name in each.contacts]
     largest = -math.inf
     for side, contact in zip((1.0, -1.0), layout.contacts, strict=True):
-        events = trajectory.events[trajectory.events["joint"] == contact]
-        began = case_scene.start[2 * first + 1 + contacts.index(contact)] > 0.0
-        in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + began) % 2 == 1
+        began = bool(case_scene.start[2 * first + 1 + contacts.index(contact)] > 0.0)
+        in_contact = _in_contact(trajectory, contact, began=began)
         largest = max(largest, float(np.max((side * place)[~in_contact], initial=-math.inf)) - joint.reach)
     return largest
 
@@ -264,8 +262,7 @@ def _largest_approach(case_scene: scene.Scene, trajectory: Trajectory, index: in
     position = (trajectory[f"joints/{name}/{channel}"] for channel in ("x", "y", "cage_angle"))
     approaches, largest = element_approaches(case_scene.value.joints[index], *position), 0.0
     for k in range(approaches.shape[1]):
-        events = trajectory.events[trajectory.events["joint"] == f"{name}_{k + 1}"]
-        in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + (roots[k] > 0.0)) % 2 == 1
+        in_contact = _in_contact(trajectory, f"{name}_{k + 1}", began=bool(roots[k] > 0.0))
         largest = max(largest, float(np.max(approaches[~in_contact, k], initial=0.0)))
     return largest
 
@@ -277,8 +274,7 @@ def _largest_gap(case_scene: scene.Scene, trajectory: Trajectory, index: int, na
     sideways = trajectory[f"joints/{name}/y"]
     farthest = 0.0
     for number, (forward, lateral) in enumerate(CORNERS, start=1):
-        events = trajectory.events[trajectory.events["joint"] == f"{name}_{number}"]
-        in_contact = np.searchsorted(events["t"], trajectory.t, side="right") % 2 == 1
+        in_contact = _in_contact(trajectory, f"{name}_{number}", began=False)
         corner = sideways + 0.5 * (forward * guide.length * np.sin(angle) + lateral * guide.height * np.cos(angle))
         farthest = max(farthest, float(np.max((lateral * corner - 0.5 * guide.height)[~in_contact], initial=0.0)))
     return farthest
@@ -297,11 +293,10 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0)
         factor *= rate if type(impact) is RateFactor else min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
-        mass = (
-            reduced_machine_mass(case_scene, joint_layout)
-            if case_scene.machine
-            else _reduced_mass(case_scene.case, joint_layout.name)
-        )
+        if case_scene.machine:
+            mass = reduced_machine_mass(case_scene, joint_layout)
+        else:
+            mass = _reduced_mass(case_scene.case, joint_layout.name)
         energies.append(_damped_energy(mass, rate, factor))
         load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name, 0.0)  # N
         load += LOAD_FACTOR * mass * acceleration_at_stops(case_scene, case_joint, joint) if case_joint.stops else 0.0
@@ -338,9 +333,8 @@ def penetration_bound(elastic: Any, energy: float, load: float) -> float:
         high *= 2.0
     for _ in range(60):
         midpoint = 0.5 * (low + high)
-        low, high = (
-            (midpoint, high) if elastic_energy(elastic, midpoint) < energy + load * midpoint else (low, midpoint)
-        )
+        is_below = elastic_energy(elastic, midpoint) < energy + load * midpoint
+        low, high = (midpoint, high) if is_below else (low, midpoint)
     return high
 
 

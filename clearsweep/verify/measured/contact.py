@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from ...contracts.results import Trajectory
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_reference, style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_reference, run, style_axes
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Measured oblique impacts of a ball on a wall: effect of the friction law on rebound and spin.
@@ -126,19 +126,17 @@ def oblique_impact(incidence: float, friction: dict[str, Any]) -> dict[str, floa
 def measure_oblique(*, quick: bool = False) -> list[Row]:
     """Return the rows of every law at every incidence; `quick`: three incidences and two laws."""
     table = read_reference(OBLIQUE)
-    points = list(dict.fromkeys(point for point, *_ in table.points))
-    laws = ("tanh", "dahl") if quick else tuple(FRICTION_LAWS)
+    angles = {point: math.radians(_incidence(point)) for point in (table.names[2:5] if quick else table.names)}
     rows = []
-    for law in laws:
-        computed = {
-            (point, quantity): value
-            for point in (points[2:5] if quick else points)
-            for quantity, value in oblique_impact(
-                math.radians(float(point.split()[1])), {"law": law, **FRICTION_LAWS[law]}
-            ).items()
-        }
-        rows += table.rows(computed, law)
+    for law in ("tanh", "dahl") if quick else FRICTION_LAWS:
+        friction = {"law": law, **FRICTION_LAWS[law]}
+        rows += table.rows_at({point: oblique_impact(angle, friction) for point, angle in angles.items()}, law)
     return rows
+
+
+def _incidence(point: str) -> float:
+    """Return the angle (deg) of a point."""
+    return float(point.split()[1])
 
 
 def draw_oblique(rows: list[Row]) -> Figure:
@@ -148,9 +146,9 @@ def draw_oblique(rows: list[Row]) -> Figure:
     for panel, (quantity, unit) in zip(page.subplots(1, 3), names, strict=True):
         selected = [row for row in rows if row.quantity == quantity]
         for law, colour in zip(DRAWN_LAWS, COLOURS, strict=False):
-            values = [(float(row.point.split()[1]), row.computed) for row in selected if row.variant == law]
+            values = [(_incidence(row.point), row.computed) for row in selected if row.variant == law]
             panel.plot(*zip(*values, strict=True), color=colour, label=law)
-        values = [(float(row.point.split()[1]), row.reference) for row in selected if row.variant == DRAWN_LAWS[0]]
+        values = [(_incidence(row.point), row.reference) for row in selected if row.variant == DRAWN_LAWS[0]]
         panel.plot(*zip(*values, strict=True), **REFERENCE_STYLE, label="measured")
         panel.set(xlabel="incidence from the normal [deg]", ylabel=f"{quantity} [{unit}]")
         style_axes(panel)
@@ -223,8 +221,7 @@ def hertz_impact(stiffness: float, masses: list[float], speed: float) -> dict[st
 
 def measure_hertz(*, quick: bool = False) -> list[Row]:
     """Return depth, force and duration of four impacts."""
-    values = {(point, name): value for point, case in PAIRS.items() for name, value in hertz_impact(*case).items()}
-    return read_reference(HERTZ).rows(values)
+    return read_reference(HERTZ).rows_at({point: hertz_impact(*case) for point, case in PAIRS.items()})
 
 
 HERTZ_IMPACTS = Benchmark("hertz", HERTZ, HERTZ_TEXT, measure_hertz)
@@ -303,9 +300,7 @@ def bar_impact(speed: float) -> dict[str, float]:
 
 def measure_bar(*, quick: bool = False) -> list[Row]:
     """Return force and duration at three speeds."""
-    return read_reference(BAR).rows(
-        {(f"{speed} m/s", name): value for speed in BAR_SPEEDS for name, value in bar_impact(speed).items()}
-    )
+    return read_reference(BAR).rows_at({f"{speed} m/s": bar_impact(speed) for speed in BAR_SPEEDS})
 
 
 BAR_IMPACTS = Benchmark("bar", BAR, BAR_TEXT, measure_bar)
@@ -388,12 +383,6 @@ def worn_in_profiles() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     return {kind: (history["revolutions"], history["crank_rod/profile_bearing"]) for kind, history in histories.items()}
 
 
-def profile_difference(first: np.ndarray, second: np.ndarray) -> tuple[float, float]:
-    """Return the difference of two profiles of the same volume, over their mean: rms, and largest."""
-    difference = first / first.mean() - second / second.mean()
-    return float(np.sqrt(np.mean(difference**2))), float(np.abs(difference).max())
-
-
 def spatial_grid(tilt: float) -> dict[str, Any]:
     """Return the grid of a slider-crank with a spatial joint whose bearing is tilted (rad)."""
     contact = {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.7}
@@ -429,10 +418,7 @@ def spatial_grid(tilt: float) -> dict[str, Any]:
 
 def run_wear(source: dict[str, Any]) -> Trajectory:
     """Return the run of a grid.  Raise RuntimeError if it fails."""
-    trajectory = simulate(load_case(source))
-    if trajectory.status != "ok":
-        raise RuntimeError(f"a worn joint did not run: {trajectory.message}")
-    return trajectory
+    return run(source, "a worn joint did not run")
 
 
 def deepest_wear_position(trajectory: Trajectory) -> float:
@@ -471,15 +457,12 @@ def measure_wear(*, quick: bool = False) -> list[Row]:
 def draw_wear(rows: list[Row]) -> Figure:
     """Draw the worn profile of the bushing by pressure law."""
     page = Figure(figsize=(9.0, 3.4), layout="constrained")
-    new_panel, worn_panel = page.subplots(1, 2)
-    for (law, depth), colour in zip(new_profiles().items(), COLOURS, strict=False):
-        new_panel.plot(np.arange(len(depth)) * 360.0 / len(depth), 1e9 * depth, color=colour, label=law)
-    for (kind, (_, depths)), colour in zip(worn_in_profiles().items(), COLOURS[1:], strict=False):
-        depth = depths[-1]
-        worn_panel.plot(np.arange(len(depth)) * 360.0 / len(depth), 1e6 * depth, color=colour, label=kind)
-    new_panel.set(xlabel="angle on the bushing [deg]", ylabel="worn in 3 revolutions [nm]")
-    worn_panel.set(xlabel="angle on the bushing [deg]", ylabel="worn in a life [um]")
-    for panel in (new_panel, worn_panel):
+    new, worn = new_profiles(), {kind: depths[-1] for kind, (_, depths) in worn_in_profiles().items()}
+    drawings = (new, COLOURS, 1e9, "worn in 3 revolutions [nm]"), (worn, COLOURS[1:], 1e6, "worn in a life [um]")
+    for panel, (profiles, colours, scale, label) in zip(page.subplots(1, 2), drawings, strict=True):
+        for (name, depth), colour in zip(profiles.items(), colours, strict=False):
+            panel.plot(np.arange(len(depth)) * 360.0 / len(depth), scale * depth, color=colour, label=name)
+        panel.set(xlabel="angle on the bushing [deg]", ylabel=label)
         panel.legend(frameon=False)
         style_axes(panel)
     return page

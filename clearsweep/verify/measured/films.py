@@ -11,9 +11,8 @@ from ...contracts.results import Trajectory
 from ...mechanics.joints import registry
 from ...mechanics.joints.dry import Gap
 from ...mechanics.joints.lubricated import film_load
-from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import LINE_STYLES, REFERENCE_STYLE, Benchmark, Reference, Row, read_reference, style_axes
+from .points import LINE_STYLES, REFERENCE_STYLE, Benchmark, Reference, Row, read_reference, run, style_axes
 
 # ----------------------------------------------------------------------------------------------------------------------
 # A bearing whose housing translates without rotation, around a shaft at constant speed: a film test rig.
@@ -52,10 +51,7 @@ def bearing_grid(
 
 def run_bearing(source: dict[str, Any]) -> Trajectory:
     """Return the run of a grid.  Raise RuntimeError if it fails."""
-    trajectory = simulate(load_case(source))
-    if trajectory.status != "ok":
-        raise RuntimeError(f"a rig did not run: {trajectory.message}")
-    return trajectory
+    return run(source, "a rig did not run")
 
 
 def attitude(trajectory: Trajectory) -> float:
@@ -147,11 +143,11 @@ def _rows_at_rest(
 ) -> list[Row]:
     """Return the rows of a table; `to_sommerfeld` converts its load number to So."""
     rows: list[Row] = []
-    for point in list(dict.fromkeys(point for point, *_ in table.points))[::stride]:
+    for point in table.names[::stride]:
         slenderness, _, number = (number_text.rpartition(" ")[2] for number_text in point.split(", "))
         for law in laws[slenderness]:
             computed = equilibrium_of(law, float(slenderness), to_sommerfeld(float(number)))
-            rows += table.rows({(point, name): value for name, value in computed.items()}, law)
+            rows += table.rows_at({point: computed}, law)
     return rows
 
 
@@ -161,21 +157,13 @@ def draw_at_rest(rows: list[Row]) -> Figure:
     panels = page.subplots(1, 3, sharey=True)
     for panel, slenderness in zip(panels, DRAWN_SLENDERNESSES, strict=True):
         selected = [row for row in rows if row.point.startswith(f"L/D {slenderness},") and row.kind == "published"]
+        names = ("eccentricity ratio", "attitude")
         for law in TABLED_LAWS[slenderness]:
-            ratio, angle = (
-                [
-                    table_row.computed
-                    for table_row in selected
-                    if table_row.variant == law and table_row.quantity == name
-                ]
-                for name in ("eccentricity ratio", "attitude")
-            )
-            panel.plot(ratio, angle, **LINE_STYLES[law], label=law)
-        table = [table_row for table_row in selected if table_row.variant == "reynolds"]
-        values = [
-            [table_row.reference for table_row in table if table_row.quantity == name]
-            for name in ("eccentricity ratio", "attitude")
-        ]
+            rows_of_law = [row for row in selected if row.variant == law]
+            points = ([row.computed for row in rows_of_law if row.quantity == name] for name in names)
+            panel.plot(*points, **LINE_STYLES[law], label=law)
+        table = [row for row in selected if row.variant == "reynolds"]
+        values = ([row.reference for row in table if row.quantity == name] for name in names)
         panel.plot(*values, **REFERENCE_STYLE, label="Butenschoen 1976")
         panel.set(title=f"length / diameter {slenderness}", xlabel="eccentricity ratio [1]")
         style_axes(panel)
@@ -225,34 +213,27 @@ def film_coefficients(
         (force(equilibrium - STEP * direction) - force(equilibrium + STEP * direction)) / (2.0 * STEP)
         for direction in np.eye(4)
     ]
-    stiffness, damping = np.array(slopes[:2]).T, np.array(slopes[2:]).T
     result = {}
-    for i, row_axis in enumerate(AXES):
-        for j, column_axis in enumerate(AXES):
-            result[f"stiffness K{row_axis}{column_axis}"] = float(stiffness[i, j])
-            result[f"damping B{row_axis}{column_axis}"] = float(damping[i, j])
+    for name, columns in (("stiffness K", slopes[:2]), ("damping B", slopes[2:])):
+        for column_axis, column in zip(AXES, columns, strict=True):
+            for row_axis, slope in zip(AXES, column, strict=True):
+                result[f"{name}{row_axis}{column_axis}"] = float(slope)
     return result
 
 
 def whirl_threshold(values: dict[str, float]) -> float:
     """Return the whirl threshold of a rigid rotor of this weight, speed w over sqrt(g / c); inf if it never whirls.
 
-    values : result of `film_coefficients`.  Routh's criterion: at the threshold M s^2 c / W is the `whirl_stiffness`,
-    s the whirl speed, and `whirl_ratio_squared` is (s / w)^2 (Lund & Thomsen 1978).
+    values : result of `film_coefficients`.  Routh's criterion: at the threshold M s^2 c / W is the `stiffness`, s the
+    whirl speed, and `ratio_squared` is (s / w)^2 (Lund & Thomsen 1978).
     """
     names = [first + second for first in AXES for second in AXES]
     k, b = ({name: values[f"{kind}{name}"] for name in names} for kind in ("stiffness K", "damping B"))
-    whirl_stiffness = (k["xx"] * b["yy"] + k["yy"] * b["xx"] - k["xy"] * b["yx"] - k["yx"] * b["xy"]) / (
-        b["xx"] + b["yy"]
-    )
-    whirl_ratio_squared = ((k["xx"] - whirl_stiffness) * (k["yy"] - whirl_stiffness) - k["xy"] * k["yx"]) / (
-        b["xx"] * b["yy"] - b["xy"] * b["yx"]
-    )
-    return (
-        math.sqrt(whirl_stiffness / whirl_ratio_squared)
-        if whirl_ratio_squared > 0.0 and whirl_stiffness > 0.0
-        else math.inf
-    )
+    crossed = k["xx"] * b["yy"] + k["yy"] * b["xx"] - k["xy"] * b["yx"] - k["yx"] * b["xy"]
+    stiffness = crossed / (b["xx"] + b["yy"])
+    determinant = (k["xx"] - stiffness) * (k["yy"] - stiffness) - k["xy"] * k["yx"]
+    ratio_squared = determinant / (b["xx"] * b["yy"] - b["xy"] * b["yx"])
+    return math.sqrt(stiffness / ratio_squared) if ratio_squared > 0.0 and stiffness > 0.0 else math.inf
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -288,14 +269,10 @@ def measure_books(*, quick: bool = False) -> list[Row]:
     rows = []
     for book in BOOKS:
         table = read_reference(BOOKS_NAME, book)
-        points = list(dict.fromkeys(point for point, *_ in table.points))[:: 6 if quick else 1]
+        bearings = {point: parse_point(point) for point in table.names[:: 6 if quick else 1]}
         for law in BOOK_LAWS:
-            values = {
-                (point, name): value
-                for point in points
-                for name, value in bearing_figures(law, *parse_point(point)).items()
-            }
-            rows += table.rows(values, law)
+            figures = {point: bearing_figures(law, *bearing) for point, bearing in bearings.items()}
+            rows += table.rows_at(figures, law)
     return rows
 
 
@@ -308,9 +285,8 @@ def parse_point(point: str) -> tuple[float, float]:
 def bearing_figures(law: str, slenderness: float, sommerfeld: float) -> dict[str, float | None]:
     """Return the equilibrium of a journal, stiffness and damping of its film there, and its whirl threshold."""
     equilibrium = equilibrium_of(law, slenderness, sommerfeld)
-    film = film_coefficients(
-        law, slenderness, sommerfeld, equilibrium["eccentricity ratio"], math.radians(equilibrium["attitude"])
-    )
+    ratio, attitude = equilibrium["eccentricity ratio"], math.radians(equilibrium["attitude"])
+    film = film_coefficients(law, slenderness, sommerfeld, ratio, attitude)
     threshold_speed = whirl_threshold(film)
     return {**equilibrium, **film, "threshold speed": threshold_speed if math.isfinite(threshold_speed) else None}
 
@@ -328,12 +304,8 @@ def draw_books(rows: list[Row]) -> Figure:
             panel.plot(*zip(*points, strict=True), **LINE_STYLES[law], label=law)
         table = dict.fromkeys((_load_number(row), row.reference) for row in longer_bearings)
         panel.plot(*zip(*table, strict=True), **REFERENCE_STYLE, label="Someya 1989")
-        signed_scales = {"Kyx": "symlog", "Bxy": "linear"}  # figures that may change sign
-        panel.set(
-            xscale="log",
-            title=f"{coefficient_name} [{longer_bearings[0].unit}]",
-            yscale=signed_scales.get(coefficient_name, "log"),
-        )
+        scale = {"Kyx": "symlog", "Bxy": "linear"}.get(coefficient_name, "log")  # figures that may change sign
+        panel.set(xscale="log", title=f"{coefficient_name} [{longer_bearings[0].unit}]", yscale=scale)
         style_axes(panel)
     for panel in panels[4:7]:
         panel.set_xlabel("S [1]")

@@ -15,15 +15,7 @@ from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from ...sweeping.sweep import sweep
 from . import films
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_reference, style_axes
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Benchmarks of turning journals: the torque of a loaded shaft, and the onset of oil whirl.
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# The torque of a loaded shaft in three plain bearings, from a full film to mixed friction.
-
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_reference, run, style_axes
 
 CRANK_PIN = "Crank-pin rig"
 CRANK_PIN_TEXT = """\
@@ -87,15 +79,10 @@ def rig_figures(load: float, rpm: float, law: str) -> dict[str, float]:
 def measure_crank_pin(*, quick: bool = False) -> list[Row]:
     """Return the rows of both loads; `quick`: three points of one law."""
     table = read_reference(CRANK_PIN)
-    points = list(dict.fromkeys(point for point, *_ in table.points))
+    points = table.names[:2] + table.names[-2:-1] if quick else table.names
     rows = []
     for law in FILM_LAWS[: 1 if quick else None]:
-        computed = {
-            (point, name): value
-            for point in (points[:2] + points[-2:-1] if quick else points)
-            for name, value in rig_figures(*_load_and_speed(point), law).items()
-        }
-        rows += table.rows(computed, law)
+        rows += table.rows_at({point: rig_figures(*_load_and_speed(point), law) for point in points}, law)
     return rows
 
 
@@ -165,23 +152,16 @@ def film_joint(law: str, viscosity: float, slenderness: float, radius: float, cl
     return {"clearance": clearance, "bearing_radius": radius, "length": 2.0 * radius * slenderness, "film": film}
 
 
-def free_equilibrium(film: dict[str, Any], speed: float, mass: float) -> tuple[float, float]:
-    """Return the equilibrium (m) of the housing: that of a massless housing under the same load."""
-    trajectory = films.run_bearing(films.bearing_grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
-    return float(trajectory["housing/x"][-1]), float(trajectory["housing/y"][-1])
-
-
 def whirl_grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
-    """Return the grid of a housing on its film; `speed` (rad/s): at which its equilibrium is computed."""
-    x, y = free_equilibrium(film, speed, mass)
+    """Return the grid of a housing on its film, next to its equilibrium at `speed` (rad/s): that of a massless housing
+    under the same load.
+    """
+    settled = films.run_bearing(films.bearing_grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
+    x, y = float(settled["housing/x"][-1]), float(settled["housing/y"][-1])
     clearance, origin = film["clearance"], [0.0, 0.0]
     offset = 1.0 - INITIAL_OFFSET * clearance / math.hypot(x, y)
-    housing = {
-        "mass": mass,
-        "inertia": HOUSING_INERTIA,
-        "points": {"bore": origin},
-        "initial": {"x": offset * x, "y": offset * y},
-    }
+    housing = {"mass": mass, "inertia": HOUSING_INERTIA, "points": {"bore": origin}}
+    housing["initial"] = {"x": offset * x, "y": offset * y}
     return {
         "mechanism": {
             "type": "planar",
@@ -215,10 +195,9 @@ def seek_threshold(source: dict[str, Any], between: tuple[float, float]) -> floa
         "meeting": "limits",
         "for": "all",
     }
+    whirl = source | {"name": "whirl", "seek": seek}
     with tempfile.TemporaryDirectory() as directory:
-        result = sweep(
-            source | {"name": "whirl", "seek": seek}, directory + "/run", executor="serial", show_progress=False
-        )
+        result = sweep(whirl, directory + "/run", executor="serial", show_progress=False)
     (answer,) = result.search_result.answers
     if answer.low is None or answer.high is None or answer.low == answer.high:
         raise RuntimeError(f"no onset of whirl between {between[0]:g} and {between[1]:g} rad/s")
@@ -241,9 +220,8 @@ def measure_whirl(*, quick: bool = False) -> list[Row]:
     values = {}
     for point in list(speeds)[2:3] if quick else speeds:
         threshold_speed = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
-        film = film_joint(
-            "short", short_film_viscosity(float(point.split()[-1]), threshold_speed), SLENDERNESS, RADIUS, CLEARANCE
-        )
+        viscosity = short_film_viscosity(float(point.split()[-1]), threshold_speed)
+        film = film_joint("short", viscosity, SLENDERNESS, RADIUS, CLEARANCE)
         source = whirl_grid(film, threshold_speed, MASS)
         onset = seek_threshold(source, (0.94 * threshold_speed, 1.06 * threshold_speed))
         values[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
@@ -260,17 +238,12 @@ def _plain_bearings() -> list[Row]:
         reference_speed = math.sqrt(GRAVITY / clearance)
         film = film_joint("reynolds", 0.0524, 1.0, 0.0127, clearance)
         source = whirl_grid(film, 2.5 * reference_speed, 66.278 / GRAVITY)
-        values[point, "threshold speed"] = (
-            seek_threshold(source, (2.0 * reference_speed, 3.2 * reference_speed)) / reference_speed
-        )
+        onset = seek_threshold(source, (2.0 * reference_speed, 3.2 * reference_speed))
+        values[point, "threshold speed"] = onset / reference_speed
     return table.rows(values, "reynolds")
 
 
 OIL_WHIRL = Benchmark("whirl", WHIRL, WHIRL_TEXT, measure_whirl)
-
-
-# ----------------------------------------------------------------------------------------------------------------------
-# Benchmarks of machines: Andrews' squeezer, and stick-slip of a block on a guide.
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -362,9 +335,7 @@ def _body(mass: float, inertia: float, center: list[float], **points: list[float
 
 def end_state(clearance: float = 0.0) -> dict[tuple[str, str], float]:
     """Return angles and rates at the end, by the names of the source."""
-    trajectory = simulate(load_case(squeezer_grid(clearance)), times=np.array([SQUEEZER_TIME]))
-    if trajectory.status != "ok":
-        raise RuntimeError(f"the squeezer did not run: {trajectory.message}")
+    trajectory = run(squeezer_grid(clearance), "the squeezer did not run", np.array([SQUEEZER_TIME]))
     values = {}
     for name, (body, base_body) in ANGLES.items():
         for quantity, channel in (("angle at 0.03 s", "angle"), ("rate at 0.03 s", "rate")):
@@ -464,10 +435,7 @@ def stick_slip_grid(friction: dict[str, Any]) -> dict[str, Any]:
 def run_stick_slip(law: str) -> Trajectory:
     """Return the run with a law of LAWS.  Raises RuntimeError."""
     times = np.linspace(0.0, END_TIME, round(END_TIME / TIME_STEP) + 1)
-    trajectory = simulate(load_case(stick_slip_grid({"law": law, **LAWS[law]})), times=times)
-    if trajectory.status != "ok":
-        raise RuntimeError(f"a block did not slip: {trajectory.message}")
-    return trajectory
+    return run(stick_slip_grid({"law": law, **LAWS[law]}), "a block did not slip", times)
 
 
 def bristle_deflection(law: str, trajectory: Trajectory) -> float:
@@ -477,15 +445,12 @@ def bristle_deflection(law: str, trajectory: Trajectory) -> float:
     normal, tangential, slip = (
         float(trajectory[f"joints/guide/{name}"][-1]) for name in ("force_normal", "force_tangential", "vx")
     )
-    static_deflection = LAW["static_coefficient"] / LAW["bristle_stiffness"]
-    return float(
-        brentq(
-            lambda z: friction_force(term._replace(bend=z), normal, slip) - tangential,
-            -static_deflection,
-            static_deflection,
-            xtol=1e-16,
-        )
-    )
+    limit = LAW["static_coefficient"] / LAW["bristle_stiffness"]
+
+    def force_difference(z: float) -> float:
+        return float(friction_force(term._replace(bend=z), normal, slip) - tangential)
+
+    return float(brentq(force_difference, -limit, limit, xtol=1e-16))
 
 
 def slip_figures(law: str, trajectory: Trajectory) -> dict[tuple[str, str], float]:

@@ -8,11 +8,15 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
+
+from ...contracts.results import Trajectory
+from ...simulation.analyses.trajectory import simulate
+from ...simulation.setup.scene import load_case
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
 
 # ----------------------------------------------------------------------------------------------------------------------
 # The reference points of the benchmarks, and the rows of the comparison.
@@ -56,23 +60,39 @@ class Reference(NamedTuple):
     note: str  # remark for readers on these points
     points: tuple[tuple[str, str, str, float], ...]  # point, quantity, unit, value
 
-    def row(self, index: int, computed: float | None, variant: str = "") -> Row:
-        """Return the Row of a point."""
-        point, quantity, unit, value = self.points[index]
-        difference = None if computed is None else computed - value
-        return Row(self.benchmark, self.kind, self.source, point, quantity, unit, value, computed, difference, variant)
+    @property
+    def names(self) -> list[str]:
+        """Return the names of the points, each once, in order."""
+        return list(dict.fromkeys(point for point, *_ in self.points))
 
     def rows(self, computed: Mapping[tuple[str, str], float | None], variant: str = "") -> list[Row]:
         """Return the rows of all points; `computed`: (point, quantity) -> value; missing points are omitted."""
-        return [
-            self.row(i, computed[point, quantity], variant)
-            for i, (point, quantity, _, _) in enumerate(self.points)
-            if (point, quantity) in computed
-        ]
+        rows = []
+        for point, quantity, unit, reference in self.points:
+            if (point, quantity) in computed:
+                value = computed[point, quantity]
+                difference = None if value is None else value - reference
+                heads = self.benchmark, self.kind, self.source, point, quantity, unit
+                rows.append(Row(*heads, reference, value, difference, variant))
+        return rows
+
+    def rows_at(self, computed: Mapping[str, Mapping[str, float | None]], variant: str = "") -> list[Row]:
+        """Return the rows of some points; `computed`: point -> quantity -> value."""
+        return self.rows(
+            {(point, name): computed[point][name] for point in computed for name in computed[point]}, variant
+        )
 
     def values(self, quantity: str) -> dict[str, float]:
         """Return point -> value of a quantity."""
         return {point: value for point, name, _, value in self.points if name == quantity}
+
+
+def run(source: dict[str, Any], failure: str, times: np.ndarray | None = None) -> Trajectory:
+    """Return the run of a grid, sampled at `times` (s).  Raise RuntimeError with the text `failure` if it fails."""
+    trajectory = simulate(load_case(source), times=times)
+    if trajectory.status != "ok":
+        raise RuntimeError(f"{failure}: {trajectory.message}")
+    return trajectory
 
 
 @functools.cache
@@ -105,9 +125,8 @@ def rows_text(rows: list[Row]) -> str:
         rms, largest = difference_spread(group)
         numbers = f"{len(group):>7}{rms:>12.3g}{largest:>12.3g}"
         lines.append(f"{name:<86}{group[0].kind:<12}{numbers}  {group[0].unit}")
-    lines.append(
-        f"{len({row[:5] for row in rows})} points; rms and largest: of the difference, computed minus reference"
-    )
+    count = len({row[:5] for row in rows})
+    lines.append(f"{count} points; rms and largest: of the difference, computed minus reference")
     return "\n".join(lines)
 
 
