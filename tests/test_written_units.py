@@ -12,10 +12,11 @@ from right_grids import grid_of
 
 import clearsweep
 from clearsweep import grid, simulation
+from clearsweep.answers.words import MIN_DIGITS, varied_text
 from clearsweep.language import quantity, wording
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.study import prepare
-from clearsweep.sweeping import facts, summary
+from clearsweep.sweeping import summary
 from clearsweep.sweeping.facts import value_text
 
 SPEED, CLEARANCE = "drive.speed", "joints.rod-slider.clearance"
@@ -108,8 +109,8 @@ def test_a_csv_has_an_axis_in_the_unit_of_the_grid_and_others_in_si():
 
 def test_closing_lines_give_a_value_in_the_unit_of_the_grid():
     written = {"joints.J.thermal.ambient": {"unit": "degC", "factor": 1.0, "offset": 273.15}}
-    assert facts.given_text("joints.J.thermal.ambient", 333.15, "K", written) == "60 degC"
-    assert facts.given_text("joints.J.clearance", 5e-4, "m", written) == "0.5 mm"
+    assert varied_text("joints.J.thermal.ambient", 333.15, "K", written, MIN_DIGITS) == "60 degC"
+    assert varied_text("joints.J.clearance", 5e-4, "m", written, MIN_DIGITS) == "0.5 mm"
 
 
 @pytest.mark.parametrize(
@@ -158,8 +159,8 @@ def test_a_system_of_units_ends_with_its_block_and_overrides_the_units_of_the_gr
         assert wording.written_scale({"unit": "um", "factor": 1e-6, "offset": 0.0}, "m") is None
         rpm = {"unit": "rpm", "factor": 0.1047, "offset": 0.0}
         assert wording.written_scale(rpm, "rad/s").unit == "rpm"
-        assert facts.given_text(CLEARANCE, 1e-4, "m", {}) == "3.937 mil"
-    assert facts.given_text(CLEARANCE, 1e-4, "m", {}) == "0.1 mm"
+        assert varied_text(CLEARANCE, 1e-4, "m", {}, MIN_DIGITS) == "3.937 mil"
+    assert varied_text(CLEARANCE, 1e-4, "m", {}, MIN_DIGITS) == "0.1 mm"
     assert wording.quantity_text(0.0508, "m") == "50.8\u00a0mm"
 
 

@@ -75,21 +75,18 @@ def finish_block(
     requested : identities of the cases in the block, ascending.
     """
     store.use_one_thread()
-    result_schema, layout = context.result_schema, context.grid.layout
-    record = store.json_round_trip(
-        {**context.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(context.grid.axes, "1")}
-    )
+    schema, grid = context.result_schema, context.grid
+    units = dict.fromkeys(grid.axes, "1")
+    record = store.json_round_trip({**grid.resolved(), "layout": grid.layout.written(), "units": units})
 
     def compute_peak_revolutions(worst: Sequence[store.Worst]) -> list[Peak | None]:
-        grid = context.grid
         return [
             peak_or_none(case, find_peak(context.simulator, grid.case_at(case.point), peak_column(grid, case), case))
             for case in worst
         ]
 
-    return store.finish_block(
-        block, division, result_schema, requested, RunFacts(record, layout), compute_peak_revolutions
-    )
+    run_facts = RunFacts(record, grid.layout)
+    return store.finish_block(block, division, schema, requested, run_facts, compute_peak_revolutions)
 
 
 class BlocksOutcome(NamedTuple):
@@ -225,9 +222,8 @@ class BlockRunner:
                 raise
             except Exception as error:
                 if attempt == MAX_RESTARTS:
-                    raise ClearsweepError(
-                        f"a block cannot be finished ({error_line(error)}); run the same command again"
-                    ) from error
+                    problem = f"a block cannot be finished ({error_line(error)}); run the same command again"
+                    raise ClearsweepError(problem) from error
                 try:
                     future = submit()
                 except RuntimeError:
@@ -276,19 +272,17 @@ def conclude(
         durable.discard(directory.path / name)
     marks = [outcome.marks[number] for number in sorted(outcome.marks)]
     ok, failed, others = (sum(mark[name] for mark in marks) for name in ("ok", "failed", "others"))
-    counts = {
-        "cases": requested,
-        "ran": ran,
-        "reused": max(ok + failed - ran, 0),
-        "ok": ok,
-        "failed": failed,
-        "missing": requested - ok - failed,
-        "others": others,
-    }
+    counts = counts_of(requested, ran, ok=ok, failed=failed, others=others)
     merged = {"mark": store.sha256_of(json.dumps([mark["files"] for mark in marks]))}
     entries = {"counts": counts, "merged": merged, "blocks": blocks_entry(job, outcome.marks), "answers": {}}
     directory.write_record(job.grid, end=store.utc_now(), **entries, **facts)
     return counts
+
+
+def counts_of(requested: int, ran: int, *, ok: int, failed: int, others: int) -> dict[str, int]:
+    """Return the counts of the cases of a run; others : stored cases that the grid does not have."""
+    counts = {"cases": requested, "ran": ran, "reused": max(ok + failed - ran, 0), "ok": ok, "failed": failed}
+    return counts | {"missing": requested - ok - failed, "others": others}
 
 
 def blocks_entry(job: BlockJob, finished: Iterable[int]) -> dict[str, Any]:

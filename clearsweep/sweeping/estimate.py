@@ -102,15 +102,13 @@ def estimate(
     warnings += cheaper_lives_texts(mean, cheaper, requested.cases / jobs) if mean else []
     overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
     case_count = requested.cases + added + further
-    search_time = slowdown * choosing_seconds * added
-    seconds = (
-        0.0
-        if not case_count
-        else None
-        if mean is None
-        else overhead + search_time + (mean + slowdown * SECONDS_PER_CASE) * case_count / jobs
-    )
+    seconds = None if case_count else 0.0
+    if case_count and mean is not None:
+        search_time = slowdown * choosing_seconds * added
+        seconds = overhead + search_time + (mean + slowdown * SECONDS_PER_CASE) * case_count / jobs
     units = key_units(grid.resolved(), simulator.catalogue())
+    bounds = {path: first_and_last_value(grid, path) for path in grid.assumed_units if path in units}
+    expressions = grid.defined.expression_by_name
     return Estimate(
         requested.cases,
         requested.cases,
@@ -124,14 +122,10 @@ def estimate(
         seconds,
         _standard_error(times, case_count) / jobs if seconds else None,
         int(case_count * _case_bytes(grid, float(np.mean(events)) if events else 0.0)),
-        {
-            path: {"unit": units[path], "values": bounds}
-            for path in grid.assumed_units
-            if path in units and (bounds := first_and_last_value(grid, path))
-        },
+        {path: {"unit": units[path], "values": values} for path, values in bounds.items() if values},
         {
             name: {"value": float(grid.defined.values[name]), "unit": grid.defined.units[name], "expression": text}
-            for name, text in grid.defined.expression_by_name.items()
+            for name, text in expressions.items()
         },
         _first_case(grid, units | {path: grid.unit(path) for path in grid.axes}),
         simulator.recommended(grid.case(0)),
@@ -182,14 +176,12 @@ def requested_cases(grid: Grid, directory: store.RunDirectory, shard: Shard | No
 
 def _first_case(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
     """Return the first case: identity, and value and unit of every key with defaults filled in."""
-    values = dict(leaves(grid.written_case(0)))
+    values, written = dict(leaves(grid.written_case(0))), grid.written_units
     return {
         "case_id": grid.case_id(0),
         "values": {path: value for path, value in values.items() if not isinstance(value, dict | list | tuple)},
         "units": {path: units[path] for path in values if path in units},
-        "written_units": {
-            path: written_unit._asdict() for path, written_unit in grid.written_units.items() if path in values
-        },
+        "written_units": {path: unit._asdict() for path, unit in written.items() if path in values},
     }
 
 
@@ -362,12 +354,10 @@ def _is_enough(times: list[float | None], all_cases: int) -> bool:
 
 def _combine_attempts(first_attempt: CaseTime, second_attempt: CaseTime) -> CaseTime:
     """Return the time of a case from two attempts, of which the first did not finish compiling."""
-    setup = (
-        first_attempt.elapsed
-        if first_attempt.seconds is None and first_attempt.compiling <= RETIMED_COMPILE_SECONDS
-        else 0.0
-    )
-    seconds = None if second_attempt.seconds is None else second_attempt.seconds + setup
+    is_slow_setup = first_attempt.seconds is None and first_attempt.compiling <= RETIMED_COMPILE_SECONDS
+    seconds = second_attempt.seconds
+    if seconds is not None and is_slow_setup:
+        seconds += first_attempt.elapsed
     return second_attempt._replace(seconds=seconds, elapsed=first_attempt.elapsed + second_attempt.elapsed)
 
 

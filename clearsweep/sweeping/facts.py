@@ -40,20 +40,11 @@ def grid_texts(values: Iterable[float], unit: str, *, speed: bool = False) -> li
     values = list(values)
     scale = wording.scale(unit, values, speed=speed)
     name = "deg" if scale.unit == "\u00b0" else scale.unit.replace(wording.BLANK, " ")
-    if not name:
-        return [  # 15440, not 1.544e+04
-            f"{float(f'{value:.4g}'):.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}" for value in values
-        ]
+    if not name:  # 15440, not 1.544e+04
+        return [f"{float(f'{value:.4g}'):.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}" for value in values]
     if name.isascii() or name.startswith("\u00b5"):
         return [f"{value / scale.factor:.4g} {name}" for value in values]
     return [f"{value:.4g} {unit}" for value in values]
-
-
-def given_text(
-    path: str, value: float, unit: str, written: Mapping[str, Mapping[str, Any]], digits: int = MIN_DIGITS
-) -> str:
-    """Return a value in the unit that the grid uses; `written` is `written_units` of run.json."""
-    return varied_text(path, value, unit, written, digits)
 
 
 def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
@@ -82,7 +73,7 @@ def _number_text(path: str, value: float, facts: dict[str, Any]) -> str:
     """Return a swept number with its unit; if it is the mean clearance of a fit, the fit is added."""
     fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
     digits = facts.get("digits", {}).get(path, MIN_DIGITS)
-    return given_text(path, value, facts["units"].get(path, "1"), facts["written_units"], digits) + fit
+    return varied_text(path, value, facts["units"].get(path, "1"), facts["written_units"], digits) + fit
 
 
 def first_and_last_value(grid: Grid, path: str) -> list[Any]:
@@ -114,9 +105,8 @@ def assumed_sentences(grid: Grid) -> list[str]:
     """Return a sentence on the sizes and speeds that a grid file writes without a unit; [] if there are none."""
     paths = [path for path in grid.assumed_units if grid.source and grid.unit(path) in _SIZES]
     bounds = {path: first_and_last_value(grid, path) for path in sorted(paths, key=lambda path: path[:5] != "drive")}
-    texts = assumed_texts(
-        {path: {"unit": grid.unit(path), "values": values} for path, values in bounds.items() if values}
-    )
+    values = {path: {"unit": grid.unit(path), "values": values} for path, values in bounds.items() if values}
+    texts = assumed_texts(values)
     lines = [f"{wording.axis_name(path, number_of_joints(texts))} {text}" for path, text in texts.items()]
     more = f", and {len(lines) - _MANY} more that --dry-run lists" if len(lines) > _MANY else ""
     return [f"no unit given, SI assumed: {', '.join(lines[:_MANY])}{more}"] if lines else []
@@ -150,24 +140,18 @@ class LifeExtremes:
         if np.isnan(hours).all():
             return
         for index in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
-            life = read_lifetime(
-                {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
-            )
+            values = {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
+            life = read_lifetime(values)
+            remarks = [text for text in (interval_text(life), spread_text(life)) if text]
+            entry = describe(index) | {"hours": life.hours, "text": hours_text(life), "remarks": remarks}
             for key, precedes in COMPARISONS.items():
                 if key not in self.extremes or precedes(life.hours, self.extremes[key]["hours"]):
-                    self.extremes[key] = describe(index) | {
-                        "hours": life.hours,
-                        "text": hours_text(life),
-                        "remarks": [text for text in (interval_text(life), spread_text(life)) if text],
-                    }
+                    self.extremes[key] = entry
 
     def facts(self) -> dict[str, Any] | None:
         """Return both lives and the number of cases that did not reach their limit, for JSON, or None without lives."""
-        return (
-            {"joint": self.joint, "until": self.until, **self.extremes, "unreached": self.unreached}
-            if self.columns
-            else None
-        )
+        facts = {"joint": self.joint, "until": self.until, **self.extremes, "unreached": self.unreached}
+        return facts if self.columns else None
 
 
 # Run time of cases relative to the duration of their motion, for the last lines of a run.
@@ -181,17 +165,15 @@ class SlowestCase:
 
     def __init__(self, record: Mapping[str, Any], layout: Layout):
         """Prepare from run.json; lives and free cranks are left out."""
-        self.fixed_values = {path: _recorded_number(record, path) for path in (SPEED, REVOLUTIONS)}
-        swept = [path for path in self.fixed_values if path in record.get("sweep", record["units"])]
+        sections = ((path, *path.split(".")) for path in (SPEED, REVOLUTIONS))
+        values = {path: (record.get(section) or {}).get(key) for path, section, key in sections}
+        self.fixed_values = {path: float(value) for path, value in values.items() if isinstance(value, (int, float))}
+        in_rows = {REVOLUTIONS_RUN, *(path for path in values if path in record.get("sweep", record["units"]))}
         names = {column.name for column in layout.columns}
         self.revolutions = REVOLUTIONS_RUN if REVOLUTIONS_RUN in names else REVOLUTIONS
         required = {SPEED, self.revolutions}
-        is_known = required <= {
-            REVOLUTIONS_RUN,
-            *swept,
-            *(path for path, value in self.fixed_values.items() if value is not None),
-        }
-        self.columns = [RUN_TIME, *sorted(required & {REVOLUTIONS_RUN, *swept})] if is_known and not layout.life else []
+        is_known = required <= in_rows | self.fixed_values.keys()
+        self.columns = [RUN_TIME, *sorted(required & in_rows)] if is_known and not layout.life else []
         self.slowest: dict[str, Any] | None = None
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
@@ -209,19 +191,8 @@ class SlowestCase:
         if np.isfinite(factors).any():
             index = int(np.nanargmin(factors))
             if self.slowest is None or factors[index] < self.slowest["factor"]:
-                times = {
-                    "factor": float(factors[index]),
-                    "motion": float(motion_times[index]),
-                    "spent": float(run_times[index]),
-                }
-                self.slowest = describe(index) | times
-
-
-def _recorded_number(record: Mapping[str, Any], path: str) -> float | None:
-    """Return a number of a grid, or None if there is none at this path."""
-    section, key = path.split(".")
-    value = (record.get(section) or {}).get(key)
-    return float(value) if isinstance(value, (int, float)) else None
+                motion, spent = float(motion_times[index]), float(run_times[index])
+                self.slowest = describe(index) | {"factor": float(factors[index]), "motion": motion, "spent": spent}
 
 
 # The worst cases of a run for the leading question of its grid, for the summary table.
@@ -291,13 +262,12 @@ class RunFacts:
         self.swept = [path for path in self.swept if path not in self.own.columns]
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
-        self._joints = joints
+        self._joints, names = joints, {column.name for column in layout.columns}
         columns = ["status", *record.get("case_labels", []), *record["units"], *self.worst.columns]
-        columns += validity.required_columns(joints, {column.name for column in layout.columns})
-        columns += [name for name in required_columns(joints) if name in {column.name for column in layout.columns}]
-        self.columns = list(
-            dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.slowest_case.columns])
-        )
+        columns += validity.required_columns(joints, names)
+        columns += [name for name in required_columns(joints) if name in names]
+        columns += [*self.limits.columns, *self.lives.columns, *self.slowest_case.columns]
+        self.columns = list(dict.fromkeys(columns))
 
     def read(self, run: StoredRun) -> None:
         """Add a run; of a run in blocks, the extreme rows of its blocks and the sums of their counts."""
@@ -334,15 +304,9 @@ class RunFacts:
 
     def case_ids(self) -> set[str]:
         """Return the identities of the cases in the facts so far."""
-        entries = [
-            *self.failures,
-            *self.worst.entries,
-            *self.lives.extremes.values(),
-            self.slowest_case.slowest,
-            self.limits.worst,
-        ]
-        case_ids = {entry["case_id"] for entry in entries if entry}
-        return case_ids | self.remarks.case_ids()
+        extremes = [*self.lives.extremes.values(), self.slowest_case.slowest, self.limits.worst]
+        entries = [*self.failures, *self.worst.entries, *extremes]
+        return {entry["case_id"] for entry in entries if entry} | self.remarks.case_ids()
 
     def counts(self) -> dict[str, Any]:
         """Return the counts for JSON."""
@@ -393,10 +357,8 @@ class _LimitCounts:
             return
         self.cases += len(block["status"])
         self.any += sum(map(bool, block[EXCEEDED_COLUMN]))
-        self.any_unknown += sum(
-            bool(undecided) and not exceeded
-            for exceeded, undecided in zip(block[EXCEEDED_COLUMN], block[UNDECIDED_COLUMN], strict=True)
-        )
+        both = zip(block[EXCEEDED_COLUMN], block[UNDECIDED_COLUMN], strict=True)
+        self.any_unknown += sum(bool(undecided) and not exceeded for exceeded, undecided in both)
         for counter, column in ((self.exceeded, EXCEEDED_COLUMN), (self.unknown, UNDECIDED_COLUMN)):
             counter.update(name for names in block[column] if names for name in names.split(","))
         for index, limit in enumerate(self.verdict.limits):
@@ -418,16 +380,12 @@ class _LimitCounts:
         bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}
         for limit in self.verdict.limits:
             bounds[limit.column].append(limit.bound_text(self.units.get(limit.column, "1")))
-        return {
-            "cases": self.cases,
-            "exceeding": self.any,
-            "unknown": self.any_unknown,
-            "each": {
-                name: {"limit": ", ".join(text), "cases": self.exceeded[name], "unknown": self.unknown[name]}
-                for name, text in bounds.items()
-            },
-            "worst": self.worst,
+        each = {
+            name: {"limit": ", ".join(text), "cases": self.exceeded[name], "unknown": self.unknown[name]}
+            for name, text in bounds.items()
         }
+        counts = {"cases": self.cases, "exceeding": self.any, "unknown": self.any_unknown}
+        return counts | {"each": each, "worst": self.worst}
 
 
 def _case_description(block: dict[str, np.ndarray], index: int, swept: list[str]) -> dict[str, Any]:

@@ -51,13 +51,8 @@ def run_merge(
     if target.record.exists() and out.resolve() not in {path.resolve() for path in paths}:
         paths.append(out)
     derived, warnings = _facts(grid, simulator, records[0])
-    record_entries = {
-        "start": min(record["start"] for record in records),
-        "source": records[0]["source"],
-        "derived": derived,
-        "warnings": warnings,
-        "joined": [str(path) for path in paths],
-    }
+    record_entries = {"start": min(record["start"] for record in records), "source": records[0]["source"]}
+    record_entries |= {"derived": derived, "warnings": warnings, "joined": [str(path) for path in paths]}
     joined_runs = _JoinedRuns(paths, [record.get("shard") for record in records], grid, simulator, partial)
     join = _join_blocks if store.Division.of(grid) else _join_batches
     with system.catching():
@@ -167,14 +162,13 @@ def _read_records_of_same_grid(paths: list[Path]) -> list[dict[str, Any]]:
     first_settings = _deciding_settings(records[0])
     for source, record in zip(paths[1:], records[1:], strict=True):
         settings = _deciding_settings(record)
-        differing = [
-            path for path in sorted({*first_settings, *settings}) if first_settings.get(path) != settings.get(path)
-        ]
-        if differing:
-            texts = {
-                path: [_short_text(values.get(path)) for values in (first_settings, settings)] for path in differing
-            }
-            lines = "".join(f"\n  {path}: {a} in the first, {b} in this one" for path, (a, b) in texts.items())
+        both = {path: (first_settings.get(path), settings.get(path)) for path in sorted({*first_settings, *settings})}
+        lines = "".join(
+            f"\n  {path}: {_short_text(first)} in the first, {_short_text(this)} in this one"
+            for path, (first, this) in both.items()
+            if first != this
+        )
+        if lines:
             raise DirectoryError(
                 f"{source}: contains results of another grid than {paths[0]}; "
                 f"only shards of one grid can be merged; differences:{lines}"
@@ -184,35 +178,26 @@ def _read_records_of_same_grid(paths: list[Path]) -> list[dict[str, Any]]:
 
 def _deciding_settings(record: dict[str, Any]) -> dict[str, Any]:
     """Return dotted path -> value of all settings that determine the cases of a run and their results."""
-    axes = {
-        f"{section}.{path}": values
-        for section in VARYING_SECTIONS
-        for path, values in (record.get(section) or {}).items()
-    }
+    sections = {section: record.get(section) or {} for section in VARYING_SECTIONS}
+    axes = {f"{section}.{path}": values for section, paths in sections.items() for path, values in paths.items()}
     frame: dict[str, Any] = record.get("frame", {})
     return frame | axes
 
 
 def _check_complete(ids: np.ndarray, rows: list[np.ndarray], shards: list[str | None]) -> None:
     """Raise DirectoryError if a case is in no directory."""
-    present = np.concatenate([row["id"] for row in rows])
-    missing = np.setdiff1d(ids, present)
+    missing = np.setdiff1d(ids, np.concatenate([row["id"] for row in rows]))
     if not len(missing):
         return
     divisions = {Shard.read(text).of for text in shards if text}
-    remedies = []
+    remedy = "merge with --partial, then run the grid with --out there to compute the rest"
     if len(divisions) == 1 and all(shards):  # all of one division: list the missing shards
-        total = divisions.pop()
-        missing_shards = [
-            str(shard)
-            for shard in (Shard(k + 1, total) for k in range(total))
-            if np.isin(shard.ids(ids), missing).any()
-        ]
-        remedies = [f"run the rest of shard {_list_text(missing_shards)}, or"]
+        parts = [Shard(k + 1, total) for total in divisions for k in range(total)]
+        missing_shards = [str(shard) for shard in parts if np.isin(shard.ids(ids), missing).any()]
+        remedy = f"run the rest of shard {_list_text(missing_shards)}, or {remedy}"
+    examples = _list_text([store.id_text(value) for value in missing[: MAX_LISTED + 1].tolist()])
     raise DirectoryError(
-        f"{len(missing):,} of {len(ids):,} cases are in none of these directories "
-        f"({_list_text([store.id_text(value) for value in missing[: MAX_LISTED + 1].tolist()])}); "
-        + " ".join([*remedies, "merge with --partial, then run the grid with --out there to compute the rest"])
+        f"{len(missing):,} of {len(ids):,} cases are in none of these directories ({examples}); {remedy}"
     )
 
 
@@ -228,13 +213,8 @@ def _check_agreement(
     first, second = order[repeats], order[repeats + 1]
     for a, b in np.unique(np.column_stack([number[first], number[second]]), axis=0).tolist():
         is_pair = (number[first] == a) & (number[second] == b)
-        difference = store.difference(
-            result_schema,
-            sources[a],
-            rows[a][row_numbers[first[is_pair]]],
-            sources[b],
-            rows[b][row_numbers[second[is_pair]]],
-        )
+        numbers = row_numbers[first[is_pair]], row_numbers[second[is_pair]]
+        difference = store.difference(result_schema, sources[a], rows[a][numbers[0]], sources[b], rows[b][numbers[1]])
         if difference:
             case_id, name, first_value, second_value = difference
             raise DirectoryError(

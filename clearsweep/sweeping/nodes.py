@@ -56,10 +56,6 @@ class _NodeDriver:
             self.case_runner.workers.close()
             self.case_runner.workers = None
 
-    def must_stop(self) -> bool:
-        """Return whether the run must stop."""
-        return stop_file(self.job, self.token).exists()
-
 
 _node_drivers: list[_NodeDriver] = []  # driver of this process, at most one
 
@@ -97,7 +93,7 @@ class _OtherCommits:
 
     def __call__(self) -> np.ndarray:
         """Return the identities of committed cases, ascending; raise _StoppedError if the run must stop."""
-        if self.node.must_stop():
+        if stop_file(self.node.job, self.node.token).exists():
             raise _StoppedError
         names = self.directory.summary_names() - self.read_names
         id_arrays = [self.directory.finished_ids_in(name) for name in sorted(names)]
@@ -227,9 +223,8 @@ class Cluster:
     def submit(self, function: Callable, *args: Any, on: str | None = None) -> Any:
         """Return the future of a function on any node, or on one of the nodes `on`."""
         where = [on] if on else self.nodes() if self.excluded | self.silent else None
-        return self._client.submit(
-            node_task, pickle.dumps((function, args)), pure=False, workers=where, allow_other_workers=False
-        )
+        task = pickle.dumps((function, args))
+        return self._client.submit(node_task, task, pure=False, workers=where, allow_other_workers=False)
 
     def exclude_node_of(self, future: Any) -> None:
         """Stop using the node that runs a task."""
@@ -318,9 +313,9 @@ class NodesDriver:
         with system.patience():
             while queue or self.tasks:
                 if system.requested():
+                    finished = f"{self.ran:,} cases are finished and stored"
                     raise system.Stopped(
-                        system.requested(),
-                        f"stopped: {self.ran:,} cases are finished and stored; run the same command again to resume",
+                        system.requested(), f"stopped: {finished}; run the same command again to resume"
                     )
                 try:
                     self._hand_out(queue, None if allowed is None else allowed - self.failed)

@@ -10,13 +10,13 @@ from ..answers.judged import binomial_interval
 from ..answers.questions import dry_share_text, expected_peak_sentence
 from ..answers.ranking import START_UP
 from ..answers.verdict import Limit, column_label, limit_label
-from ..answers.words import common_units, digits_of
+from ..answers.words import MIN_DIGITS, common_units, digits_of, varied_text
 from ..contracts.layout import Layout
 from ..language import wording
 from ..language.errors import InputError
 from ..searches import SEARCHES, search_of
 from ..store import ANSWER_FILE, StoredRun
-from .facts import RunFacts, assumed_texts, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
+from .facts import RunFacts, assumed_texts, grid_text, grid_texts, setting_name, setting_text, value_text
 from .pool.case_runner import SIMULATION
 from .sweep import RunResult
 
@@ -82,9 +82,8 @@ def _search_facts(result: RunResult, run: StoredRun, run_facts: RunFacts) -> dic
 def require_judgement(grid: grids.Grid) -> None:
     """Raise InputError for a grid that judges nothing, so that `--fail-on-limits` would always pass."""
     if not (grid.limits or (grid.search and grid.search.judges)):
-        raise InputError(
-            "--fail-on-limits: the grid has no `limits` and no search; add `limits` or leave the option out"
-        )
+        lack = "the grid has no `limits` and no search; add `limits` or leave the option out"
+        raise InputError(f"--fail-on-limits: {lack}")
 
 
 def limits_failure(facts: Mapping[str, Any]) -> str:
@@ -97,9 +96,8 @@ def limits_failure(facts: Mapping[str, Any]) -> str:
         verb = "exceeds" if counts["exceeded"] == 1 else "exceed"
         reasons.append(f"{wording.count_text(counts['exceeded'], 'case')} {verb} a limit{worst}")
     if counts.get("undecided"):
-        reasons.append(
-            f"{wording.count_text(counts['undecided'], 'case')} undecided: failed, not run, or without figure"
-        )
+        undecided = wording.count_text(counts["undecided"], "case")
+        reasons.append(f"{undecided} undecided: failed, not run, or without figure")
     missing = [search.missing_answer(answer) for search in SEARCHES if search.name == answer["question"]]
     return "; ".join([*reasons, *filter(None, missing)])
 
@@ -147,31 +145,22 @@ def run_text(facts: dict[str, Any]) -> str:
         )
     lines += derived_lines(facts["derived"], DERIVED)
     if facts["failures"]:
-        lines += [
-            "",
-            "Failed cases: "
-            + ", ".join(f"{count:,} {status}" for status, count in facts["statuses"].items() if status != "ok"),
-        ]
-        lines += [
-            f"  {wording.short_id(entry['case_id'])}  {setting_text(entry['swept'], facts)}: {entry['status']}: "
-            f"{entry['message']}"
-            for entry in facts["failures"]
-        ]
+        counts = (f"{count:,} {status}" for status, count in facts["statuses"].items() if status != "ok")
+        lines += ["", f"Failed cases: {', '.join(counts)}"]
+        for entry in facts["failures"]:
+            case = f"{wording.short_id(entry['case_id'])}  {setting_text(entry['swept'], facts)}"
+            lines.append(f"  {case}: {entry['status']}: {entry['message']}")
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
-        lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
+        lines += ["", *_worst_lines(facts)]
     lines += expected_lines(facts)
-    lines += [
-        line for search in SEARCHES if facts.get(search.answer_key) for line in search.lines(facts[search.answer_key])
-    ]
+    searches = (search for search in SEARCHES if facts.get(search.answer_key))
+    lines += [line for search in searches for line in search.lines(facts[search.answer_key])]
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     sentences = facts["answer"]["sentences"]
     lines += ["", "Answer", *(f"  {sentence}" for sentence in sentences)] if sentences else []
-    lines += [
-        "",
-        f"Results in {facts['directory']}: {', '.join(facts['files'])}",
-        f"Next: clearsweep report {facts['directory']}",
-    ]
+    directory = facts["directory"]
+    lines += ["", f"Results in {directory}: {', '.join(facts['files'])}", f"Next: clearsweep report {directory}"]
     return plain("\n".join(lines))
 
 
@@ -221,16 +210,14 @@ def estimate_text(facts: dict[str, Any]) -> str:
     if facts["seconds"] is None:
         lines.append("time: unknown; the first case gave no estimate")
     else:
-        spread = facts["give_or_take"] > 0.1 * facts["seconds"]
-        beginning = (
-            f", {facts['extrapolated']:,} of them extrapolated from its beginning" if facts["extrapolated"] else ""
-        )
-        lines.append(
-            f"time: about {wording.duration_text(facts['seconds'])}"
-            + (f", give or take {wording.duration_text(facts['give_or_take'])}" if spread else "")
-            + f" ({cases(facts['timed'])} timed{beginning}, {grid_text(facts['case_seconds'], 's')} each, the longest "
-            f"{grid_text(facts['longest'], 's')})"
-        )
+        spread, timed = "", f"{cases(facts['timed'])} timed"
+        if facts["give_or_take"] > 0.1 * facts["seconds"]:
+            spread = f", give or take {wording.duration_text(facts['give_or_take'])}"
+        if facts["extrapolated"]:
+            timed += f", {facts['extrapolated']:,} of them extrapolated from its beginning"
+        each, longest = (grid_text(facts[name], "s") for name in ("case_seconds", "longest"))
+        duration = wording.duration_text(facts["seconds"])
+        lines.append(f"time: about {duration}{spread} ({timed}, {each} each, the longest {longest})")
     lines.append(f"storage: about {wording.bytes_text(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
@@ -254,7 +241,8 @@ def case_lines(case: dict[str, Any]) -> list[str]:
         if ".table." in path:
             columns.setdefault(section, []).append(value)
         number = isinstance(value, int | float) and not isinstance(value, bool)
-        text = given_text(path, value, case["units"].get(path, "1"), case["written_units"]) if number else str(value)
+        unit = case["units"].get(path, "1")
+        text = varied_text(path, value, unit, case["written_units"], MIN_DIGITS) if number else str(value)
         sections.setdefault((section, key.isdigit()), []).append(text if key.isdigit() else f"{key} {text}")
     lines = [
         f"  {section}: {('[{}]' if is_list else '{}').format(', '.join(texts))}"
@@ -275,48 +263,37 @@ def plain(text: str) -> str:
     return text.replace("\u00a0", " ").replace("\u202f", " ")
 
 
-def _listed_paths(facts: dict[str, Any]) -> list[str]:
-    """Return the swept paths with a column in the summary table; if there are many, those whose values differ in it."""
-    varied_values = [entry["swept"] for entry in facts["worst"]]
-    return [
-        path
-        for path in varied_values[0]
-        if len(varied_values[0]) <= MANY_AXES or len({row[path] for row in varied_values}) > 1
-    ]
+def _worst_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the summary table under its title, which names the swept values that all of its cases share.
 
-
-def _shared(facts: dict[str, Any]) -> str:
-    """Return the swept values that all cases of the summary table share and that have no column in it."""
-    column_paths = _listed_paths(facts)
-    shared = {path: value for path, value in facts["worst"][0]["swept"].items() if path not in column_paths}
-    setting = setting_text(shared, facts)
-    return f", all with {setting}" if setting else ""
-
-
-def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
-    paths = _listed_paths(facts)
-    of_joint = facts["question"] in ("life", "film", "force")
+    If there are many swept paths, only those whose values differ have a column.
+    """
+    entries, ranked = facts["worst"], facts["ranked"]
+    first, settings = entries[0]["swept"], [entry["swept"] for entry in entries]
+    paths = [path for path in first if len(first) <= MANY_AXES or len({row[path] for row in settings}) > 1]
+    shared = setting_text({path: value for path, value in first.items() if path not in paths}, facts)
     varied = wording.of_joints(
-        (
-            setting_name(path, paths, facts),
-            tuple(value_text(path, entry["swept"][path], facts) for entry in facts["worst"]),
-        )
+        (setting_name(path, paths, facts), tuple(value_text(path, row[path], facts) for row in settings))
         for path in paths
     )
-    headings = ["case_id", *(f"{name}{joints}" for name, joints, _ in varied)]
-    rows = [[*headings, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
-    entries = zip(*(entry["figures"] for entry in facts["worst"]), strict=True)
-    columns = [figure_texts([*column], facts["ranked"]["units"]) for column in entries]
-    for index, entry in enumerate(facts["worst"]):
-        rows.append(
-            [
-                wording.short_id(entry["case_id"]),
-                *(values[index] for _, _, values in varied),
-                *([wording.joint_name(entry["joint"])] if of_joint else []),
-                *(texts[index] for texts in columns),
-            ]
-        )
-    return rows
+    columns = [["case_id", *(wording.short_id(entry["case_id"]) for entry in entries)]]
+    columns += [[f"{name}{joints}", *values] for name, joints, values in varied]
+    if facts["question"] in ("life", "film", "force"):
+        columns.append(["joint", *(wording.joint_name(entry["joint"]) for entry in entries)])
+    figures = zip(*(entry["figures"] for entry in entries), strict=True)
+    columns += [
+        [heading, *figure_texts([*column], ranked["units"])]
+        for heading, column in zip(ranked["headings"], figures, strict=True)
+    ]
+    widths = [max(map(len, column)) for column in columns]
+    title = ranked["title"] + (f", all with {shared}" if shared else "")
+    return [
+        title,
+        *(
+            "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+            for row in zip(*columns, strict=True)
+        ),
+    ]
 
 
 def figure_texts(column: list[dict[str, Any]], units: Mapping[str, str]) -> list[str]:
@@ -328,9 +305,8 @@ def figure_texts(column: list[dict[str, Any]], units: Mapping[str, str]) -> list
             numbers.setdefault(units.get(figure["column"], "1"), []).append(index)
     for unit, indices in numbers.items():
         is_speed = "speed" in column[indices[0]]["column"]
-        for index, text in zip(
-            indices, grid_texts([column[index]["value"] for index in indices], unit, speed=is_speed), strict=True
-        ):
+        values = [column[index]["value"] for index in indices]
+        for index, text in zip(indices, grid_texts(values, unit, speed=is_speed), strict=True):
             texts[index] = text
     return [str(text) for text in texts]
 
@@ -349,10 +325,3 @@ def _figure(figure: dict[str, Any]) -> str | None:
     if name.endswith("_dry_load_share"):
         return dry_share_text(value)
     return None
-
-
-def _aligned(rows: list[list[str]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    ]

@@ -56,9 +56,7 @@ class RunResult:
     case_seconds: float = 0.0
     start_up: float = 0.0
     joined: int = 0  # number of joined directories; 0 for a run
-    search_result: Any = (
-        None  # answer of the grid's search, a `contracts.search.Found`; None without a search or if stopped
-    )
+    search_result: Any = None  # the grid's answer, a `contracts.search.Found`; None without a search or if stopped
 
     @property
     def exit_code(self) -> int:
@@ -170,11 +168,9 @@ def _run_sweep(
                 del ids  # 8 MB for a million cases, which merging needs
                 if search_result and search_result.note:
                     record_entries["warnings"] = warnings = [*warnings, search_result.note]
-                name = grid.search.name if grid.search else ""
                 record_entries |= search_result.entries() if search_result else {}
-                record_entries["answers"] = store.write_search_table(
-                    directory, store.ResultSchema.of(grid), name, search_result
-                )
+                name, schema = grid.search.name if grid.search else "", store.ResultSchema.of(grid)
+                record_entries["answers"] = store.write_search_table(directory, schema, name, search_result)
                 counts = conclude(case_runner, grid, requested, **record_entries)
         if not division:
             store.commit_answer(directory, store.open(directory.path))
@@ -305,22 +301,12 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
         with phases.phase(activity):
             return case_runner.peaks(grid, worst)
 
-    merged = store.merge(
-        directory, result_schema, rows, report=phases.print_line, compute_peak_revolutions=compute_peak_revolutions
-    )
+    peaks = compute_peak_revolutions
+    merged = store.merge(directory, result_schema, rows, report=phases.print_line, compute_peak_revolutions=peaks)
     failed = int(np.count_nonzero(rows["failed"]))
-    counts = {
-        "cases": len(requested),
-        "ran": ran,
-        "reused": max(len(rows) - ran, 0),
-        "ok": len(rows) - failed,
-        "failed": failed,
-        "missing": len(requested) - len(rows),
-        "others": stored - len(rows),
-    }
-    directory.write_record(
-        grid, end=store.utc_now(), counts=counts, merged=merged, **({"answers": {}} | record_entries)
-    )
+    counts = blockwise.counts_of(len(requested), ran, ok=len(rows) - failed, failed=failed, others=stored - len(rows))
+    entries = {"answers": {}} | record_entries
+    directory.write_record(grid, end=store.utc_now(), counts=counts, merged=merged, **entries)
     store.keep_histories_once(directory, result_schema, rows, merged[store.FINAL_FILES[1]])
     return counts
 
@@ -380,9 +366,8 @@ def check(options: Options) -> None:
     if case_timeout and executor == "serial":
         raise InputError("case timeout: the serial executor cannot end a case; use the local executor")
     if executor == executors.NODES and not scheduler:
-        raise InputError(
-            "executor: nodes needs the address of a scheduler, each of whose workers is a node: --scheduler"
-        )
+        needed = "the address of a scheduler, each of whose workers is a node: --scheduler"
+        raise InputError(f"executor: nodes needs {needed}")
     if scheduler and executor not in ("dask", executors.NODES):
         raise InputError(f"scheduler: the {executor} executor uses none; add --executor dask")
     executors.allow_files(executor, jobs or executors.cores())
