@@ -78,15 +78,8 @@ class ResultSchema(NamedTuple):
             for path, values in grid.axes.items()
         )
         frame = grid.fixed_settings()
-        return cls(
-            grid.layout,
-            axes,
-            has_histories(frame),
-            _frame_hash(frame),
-            grid.verdict,
-            grid.worst_count,
-            grid.labels_by_row,
-        )
+        stored = (has_histories(frame), _frame_hash(frame))
+        return cls(grid.layout, axes, *stored, grid.verdict, grid.worst_count, grid.labels_by_row)
 
     @classmethod
     def of_record(cls, record: Mapping[str, Any]) -> "ResultSchema":
@@ -187,10 +180,9 @@ def summary_table(result_schema: ResultSchema, rows: list[Row]) -> pa.Table:
         "status": [row.trajectory.status for row in rows],
         "message": [row.trajectory.message for row in rows],
     }
+    layout, trajectories = result_schema.layout, [row.trajectory for row in rows]
     columns |= _values_by_column([axis.path for axis in result_schema.axes], [row.point for row in rows])
-    columns |= _values_by_column(
-        [column.name for column in result_schema.layout.columns], [row.trajectory.summary for row in rows]
-    )
+    columns |= _values_by_column([column.name for column in layout.columns], [path.summary for path in trajectories])
     return pa.Table.from_arrays([column_of(columns[field.name], field.type) for field in schema], schema=schema)
 
 
@@ -294,19 +286,13 @@ def _encode_words(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> 
     return numbers
 
 
-def summary_bytes(schema: ResultSchema, rows: list[Row], facts: dict) -> bytes:
-    """Return the Parquet file of a batch; `facts` of the store go into its metadata."""
-    return table_bytes(summary_table(schema, rows), facts)
-
-
 def table_bytes(table: pa.Table, facts: dict) -> bytes:
     """Return the Parquet file of a batch with these rows."""
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
     # read once, as a whole: dictionaries and statistics would double the time of writing
-    pq.write_table(
-        table, sink, write_page_checksum=True, use_dictionary=False, write_statistics=False, compression="lz4"
-    )
+    options: dict[str, Any] = {"use_dictionary": False, "write_statistics": False, "compression": "lz4"}
+    pq.write_table(table, sink, write_page_checksum=True, **options)
     return sink.getvalue()
 
 

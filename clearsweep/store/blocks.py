@@ -26,13 +26,7 @@ from . import durable
 from .batch import ResultSchema
 from .datasets import array_of, values_of
 from .directory import BLOCKS, DATASET, IDS_FILE, LOCK, ORBITS_FILE, SUMMARY_FILE, RunDirectory
-from .merged import (
-    ComputePeakRevolutions,
-    content_hash_of,
-    worst_with_peaks,
-    write_orbits,
-    write_summary,
-)
+from .merged import ComputePeakRevolutions, content_hash_of, worst_with_peaks, write_orbits, write_summary
 
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
 MARK_FILE, SAMPLE_FILE = "block.json", "sample.parquet"
@@ -169,9 +163,8 @@ def _is_complete(mark: dict[str, Any]) -> bool:
 def write_mark(block: Block, mark: Mapping[str, Any], scratch: Path) -> dict[str, Any]:
     """Write the mark of a block whose final files are on disk; return it with their checksums and sizes."""
     files = {name: [durable.checksum(path), path.stat().st_size] for name, path in block.files.items()}
-    complete = json.loads(
-        json.dumps({**mark, "block": block.number, "files": files}, default=lambda value: value.item())
-    )
+    entries = {**mark, "block": block.number, "files": files}
+    complete = json.loads(json.dumps(entries, default=lambda value: value.item()))
     content = json.dumps(complete | {"checksum": _checksum(complete)})
     with durable.storing(block.mark):
         durable.replace(block.mark, content.encode(), scratch)

@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -55,29 +55,12 @@ class Condition(NamedTuple):
 EVERY_ROW = Condition(None, frozenset())
 
 
-class LazyRun(Protocol):
-    """The interface that a lazy summary needs of a run."""
-
-    @property
-    def schema(self) -> pa.Schema:
-        """Return the columns of the summary, with their metadata."""
-
-    def __len__(self) -> int:
-        """Return the number of rows."""
-
-    def column(self, name: str) -> np.ndarray:
-        """Return one column of all rows."""
-
-    def matching(self, condition: Condition, columns: list[str] | None = None) -> "pd.DataFrame":
-        """Return the rows that meet a condition."""
-
-
 class LazyColumn:
     """A column of a lazy summary: compared with a value it is a condition; anything else reads it, as a Series."""
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, run: LazyRun, name: str):
+    def __init__(self, run: "BlockedRun", name: str):
         """Prepare for a run and the name of the column."""
         self._run, self._name = run, name
 
@@ -144,7 +127,7 @@ class LazySummary:
     rows that meet the condition; `summary["column"]` compares without being read; `summary.frame()` reads everything.
     """
 
-    def __init__(self, run: LazyRun):
+    def __init__(self, run: "BlockedRun"):
         """Take the run."""
         self._run = run
 
@@ -394,13 +377,11 @@ class SampledRun(BlockedRun):
             ids += sampled
             events += self._events(part, [int(case_id, 16) for case_id in sampled])
         order = sorted(range(len(ids)), key=ids.__getitem__)
-        counts = np.array([len(events[number]["t"]) for number in order], int)
+        in_order = [events[number] for number in order]
+        counts = np.array([len(case["t"]) for case in in_order], int)
         yield (
             counts,
-            {
-                name: np.concatenate([np.empty(0), *(events[number][name] for number in order)])
-                for name in EVENT_COLUMNS
-            },
+            {name: np.concatenate([np.empty(0), *(case[name] for case in in_order)]) for name in EVENT_COLUMNS},
         )
 
     def _events(self, part: Part, identities: list[int]) -> list[dict[str, np.ndarray]]:

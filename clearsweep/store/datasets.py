@@ -160,19 +160,14 @@ def _names_dtype(names: Sequence[str]) -> np.dtype:
 
 def event_datasets(layout: Layout) -> list[Dataset]:
     """Return the datasets of contact events."""
-    joints, kinds = _names_dtype(layout.contacts), _names_dtype(results.EVENT_KINDS)
+    joints, kinds, number = _names_dtype(layout.contacts), _names_dtype(results.EVENT_KINDS), np.dtype("f8")
+    peak = "largest normal force of the contact that ends there, 0 at an onset"
     return [
-        Dataset("events/t", np.dtype("f8"), "s", "time of the event", EVENT),
+        Dataset("events/t", number, "s", "time of the event", EVENT),
         Dataset("events/joint", joints, "1", "joint of the event", EVENT),
         Dataset("events/kind", kinds, "1", "contact begins (on) or ends (off)", EVENT),
-        Dataset("events/rate", np.dtype("f8"), "m/s", "closing rate, closing positive", EVENT),
-        Dataset(
-            "events/force_peak",
-            np.dtype("f8"),
-            "N",
-            "largest normal force of the contact that ends there, 0 at an onset",
-            EVENT,
-        ),
+        Dataset("events/rate", number, "m/s", "closing rate, closing positive", EVENT),
+        Dataset("events/force_peak", number, "N", peak, EVENT),
     ]
 
 
@@ -220,12 +215,9 @@ def datasets(schema: Stored) -> tuple[Dataset, ...]:
     """Return the datasets of the orbits for `case_id` and the offsets."""
     all_datasets = []
     if schema.histories:
-        all_datasets += [
-            Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in schema.layout.stored
-        ]
-        all_datasets += event_datasets(schema.layout)
-        all_datasets += section_datasets(schema.layout)
+        stored = schema.layout.stored
+        all_datasets += [Dataset(item.name, np.dtype("f8"), item.unit, item.description, SAMPLE) for item in stored]
+        all_datasets += [*event_datasets(schema.layout), *section_datasets(schema.layout)]
     for joint in schema.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"

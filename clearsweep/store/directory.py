@@ -33,7 +33,8 @@ from .batch import (
     id_text,
     id_texts,
     orbits_bytes,
-    summary_bytes,
+    summary_table,
+    table_bytes,
 )
 from .datasets import Contents, datasets, open_orbits
 from .record import RECORD_FILE, MisshapenError, json_round_trip, read_record, record_bytes, signed, utc_now
@@ -80,16 +81,12 @@ class RunDirectory:
         """Raise DirectoryError if the directory cannot hold the results of `grid`; change nothing."""
         self.expect(ResultSchema.of(grid))
         self.record_damage = None
-        try:
+        with self._refusing():
             if not self.path.exists():
                 return
             if not self.path.is_dir():
                 raise DirectoryError(f"{self.path}: is a file, not a directory; choose another directory with --out")
             self._refuse_foreign_files()
-        except DirectoryError:
-            raise
-        except OSError as error:
-            raise self._not_writable(error) from error
         try:
             stored = read_record(self.path)["frame"] if self.record.exists() else None
         except DamagedError as error:
@@ -133,21 +130,18 @@ class RunDirectory:
 
     def _compare(self, stored_settings: dict[str, Any], grid_settings: dict[str, Any]) -> None:
         """Raise DirectoryError if the fixed settings of the directory differ from those of the grid."""
-        differing = [
-            path
-            for path in sorted({*stored_settings, *grid_settings})
-            if stored_settings.get(path) != grid_settings.get(path)
-        ]
+        paths = sorted({*stored_settings, *grid_settings})
+        pairs = {path: (stored_settings.get(path), grid_settings.get(path)) for path in paths}
+        differing = {path: (there, here) for path, (there, here) in pairs.items() if there != here}
         if differing:
             lines = "".join(
-                f"\n  {path}: there {_json_text(stored_settings.get(path))}, in the grid "
-                f"{_json_text(grid_settings.get(path))}"
-                for path in differing
+                f"\n  {path}: there {_json_text(there)}, in the grid {_json_text(here)}"
+                for path, (there, here) in differing.items()
             )
             raise OtherGridError(
                 f"{self.path}: contains the results of another grid, and only values on swept axes may change; choose "
                 f"another directory with --out, or move it aside with --fresh; differences:{lines}",
-                differing,
+                list(differing),
             )
 
     @contextlib.contextmanager
@@ -158,7 +152,7 @@ class RunDirectory:
         """
         self.check(grid)
         with contextlib.ExitStack() as exit_stack:
-            try:
+            with self._refusing():
                 self.path.mkdir(parents=True, exist_ok=True)
                 for folder in (self.orbits, self.summaries):
                     durable.make_folder(folder)
@@ -167,10 +161,6 @@ class RunDirectory:
                 exit_stack.callback(durable.remove_temporaries, self.scratch, remove_folder=True)
                 durable.remove_temporaries(self.scratch)
                 durable.check_writable(self.scratch)
-            except DirectoryError:
-                raise
-            except OSError as error:
-                raise self._not_writable(error) from error
             self.check(grid)  # again, now that no other process can change it
             if self.record_damage or not self.record.exists():
                 self.write_record(grid, start=utc_now(), end=None, **facts)
@@ -180,27 +170,26 @@ class RunDirectory:
     def locked(self) -> Iterator[None]:
         """Hold the lock of a directory in which no grid runs; raise DirectoryError if a run is active."""
         with contextlib.ExitStack() as exit_stack:
-            try:
+            with self._refusing():
                 self._lock(exit_stack.enter_context(durable.open_lock(self.path / LOCK)))
-            except DirectoryError:
-                raise
-            except OSError as error:
-                raise self._not_writable(error) from error
             yield
 
     def move_aside(self) -> Path:
         """Rename the directory to the first free NAME-2, NAME-3, ... and return the new path; nothing is deleted."""
-        with self.locked():
+        with self.locked(), self._refusing():
             numbered = (self.path.with_name(f"{self.path.name}-{number}") for number in itertools.count(2))
-            target = next(path for path in numbered if not path.exists())
-            try:
-                self.path.rename(target)
-            except OSError as error:
-                raise self._not_writable(error) from error
-        return target
+            return self.path.rename(next(path for path in numbered if not path.exists()))
 
-    def _not_writable(self, error: OSError) -> DirectoryError:
-        return DirectoryError(f"{self.path}: cannot be written ({error.strerror}); choose another directory with --out")
+    @contextlib.contextmanager
+    def _refusing(self) -> Iterator[None]:
+        """Convert an error of the file system into the DirectoryError of a directory that cannot be written."""
+        try:
+            yield
+        except DirectoryError:
+            raise
+        except OSError as error:
+            reason = f"cannot be written ({error.strerror}); choose another directory with --out"
+            raise DirectoryError(f"{self.path}: {reason}") from error
 
     def _lock(self, lock: BinaryIO) -> None:
         try:
@@ -215,9 +204,8 @@ class RunDirectory:
                 "choose another directory with --out"
             ) from None
         if not _HOLDER.fullmatch(lock.read(1000)):
-            raise DirectoryError(
-                f"{self.path / LOCK}: is not the lock file of a run; move it away or choose another directory"
-            )
+            place = self.path / LOCK
+            raise DirectoryError(f"{place}: is not the lock file of a run; move it away or choose another directory")
         lock.truncate(0)
         lock.seek(0)
         lock.write(f"process {os.getpid()} on {platform.node()} since {utc_now()}".encode())
@@ -325,21 +313,15 @@ class RunDirectory:
 
     def _read_batch(self, name: str) -> BatchFiles:
         """Return a batch by the name of its summary; StorageError if it is not as a run writes it."""
-        path = self.summaries / name
+        path, content = self.summaries / name, b""
+        with contextlib.suppress(FileNotFoundError):
+            content = durable.read(path)
+        if hash_in_name(path) != hashlib.sha256(content).hexdigest()[:HASH_LENGTH]:  # changed after the commit
+            raise durable.damaged_error(path)
         try:
-            return batch_files(path, self._read_intact(path), self.result_schema)
+            return batch_files(path, content, self.result_schema)
         except MisshapenError as error:
             raise durable.damaged_error(path) from error
-
-    def _read_intact(self, path: Path) -> bytes:
-        """Return the content of the summary of a batch; StorageError if it was changed after the commit."""
-        try:
-            content = durable.read(path)
-        except FileNotFoundError:
-            content = b""
-        if hash_in_name(path) != hashlib.sha256(content).hexdigest()[:HASH_LENGTH]:
-            raise durable.damaged_error(path)
-        return content
 
     def link_batches(self, other: "RunDirectory") -> None:
         """Link or copy the batches of another directory; orbits first, since summaries commit."""
@@ -422,7 +404,7 @@ def commit(directory: Path, result_schema: ResultSchema, batch: str, rows: list[
         facts |= {"shard": name, "sha256": checksum}
         with durable.storing(run.orbits / name):
             durable.replace(run.orbits / name, content, run.scratch)
-    content = summary_bytes(result_schema, rows, facts)
+    content = table_bytes(summary_table(result_schema, rows), facts)
     name = file_name(batch, hashlib.sha256(content).hexdigest(), "parquet")
     with durable.storing(run.summaries / name):
         durable.replace(run.summaries / name, content, run.scratch)

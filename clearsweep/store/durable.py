@@ -139,8 +139,12 @@ def life_log(folder: Path, case_id: str) -> Path:
 
 def find_life_logs(folder: Path) -> dict[str, Path]:
     """Return the files kept for uncommitted cases in a folder, by case identity."""
-    names = os.listdir(folder) if folder.is_dir() else []
-    return {match.group(1): folder / name for name in names if (match := _LIFE_LOG.fullmatch(name))}
+    matches = ((name, _LIFE_LOG.fullmatch(name)) for name in _names_in(folder))
+    return {match.group(1): folder / name for name, match in matches if match}
+
+
+def _names_in(folder: Path) -> list[str]:
+    return sorted(os.listdir(folder)) if folder.is_dir() else []
 
 
 def batch_of_progress(name: str) -> str | None:
@@ -261,14 +265,12 @@ def remove_temporaries(folder: Path, *, remove_folder: bool = False) -> None:
 
 def find_temporaries(folder: Path) -> list[Path]:
     """Return the temporary files that runs have left in a folder."""
-    names = sorted(os.listdir(folder)) if folder.is_dir() else []
-    return [folder / name for name in names if _TEMPORARY.fullmatch(name)]
+    return [folder / name for name in _names_in(folder) if _TEMPORARY.fullmatch(name)]
 
 
 def find_set_aside(folder: Path) -> list[Path]:
     """Return the batch files in a folder that `set_aside` has renamed."""
-    names = sorted(os.listdir(folder)) if folder.is_dir() else []
-    return [folder / name for name in names if _SET_ASIDE.fullmatch(name)]
+    return [folder / name for name in _names_in(folder) if _SET_ASIDE.fullmatch(name)]
 
 
 def check_writable(folder: Path) -> None:
@@ -281,8 +283,7 @@ def check_writable(folder: Path) -> None:
 
 def find_foreign_names(folder: Path) -> list[str]:
     """Return the names in a folder for temporary files that are not from runs."""
-    names = os.listdir(folder) if folder.is_dir() else []
-    return [name for name in names if not _TEMPORARY.fullmatch(name) and not _LIFE_LOG.fullmatch(name)]
+    return [name for name in _names_in(folder) if not _TEMPORARY.fullmatch(name) and not _LIFE_LOG.fullmatch(name)]
 
 
 def sync(path: Path) -> None:

@@ -44,21 +44,20 @@ def read_results(
     unmet: list[str] = []
     requested: dict[str, list[np.ndarray]] = {name: [] for name in names}
     case_margins: list[np.ndarray] = []
-    margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in result_schema.verdict.limits}
+    limits = result_schema.verdict.limits
+    margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in limits}
+    limited_columns = {name for limit in limits for name in (limit.column, limit.times) if name}
     for group in summary_groups(run, summary_schema(result_schema), rows):
         table = add_verdict_columns(result_schema.verdict, group)
         status += table["status"].to_pylist()
-        unmet += _unmet_columns(table) if result_schema.verdict.limits else [""] * len(table)
-        if result_schema.verdict.limits:
+        unmet += _unmet_columns(table) if limits else [""] * len(table)
+        if limits:
             case_margins.append(np.asarray(values_of(table[MARGIN_COLUMN].combine_chunks()), float))
         for name in names:
             requested[name].append(np.asarray(values_of(table[name].combine_chunks()), float))
-        limited_columns = {
-            name for limit in result_schema.verdict.limits for name in (limit.column, limit.times) if name
-        }
         columns = {name: values_of(table[name].combine_chunks()) for name in limited_columns}
         group_margins: dict[str, np.ndarray] = {}
-        for limit in result_schema.verdict.limits:
+        for limit in limits:
             margin = limit.margin(columns)
             margin = np.where(np.isnan(margin), -limit.excess(columns), margin) if limit.value == 0.0 else margin
             is_unmet = limit.is_exceeded(columns) | limit.is_undecided(columns)
@@ -189,8 +188,7 @@ def _orbits_difference(result_schema: ResultSchema, sides: Sides) -> Difference 
 # The finished cases of an unfinished run, as a separate run to read.
 
 
-def _searches() -> list[str]:
-    return [search.name for search in SEARCHES]
+_SEARCHES = [search.name for search in SEARCHES]
 
 
 def is_unfinished(directory: Path) -> bool:
@@ -207,7 +205,7 @@ def keys_so_far(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
 
 def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
     """Return the keys of a grid of all cases in a directory: their values as axes if possible, else case by case."""
-    unvaried = {key: record[key] for key in record["keys"] if key not in (*VARYING_SECTIONS, *_searches())}
+    unvaried = {key: record[key] for key in record["keys"] if key not in (*VARYING_SECTIONS, *_SEARCHES)}
     paths = list(record["units"])  # in the order of the columns
     if not paths:
         return unvaried
@@ -219,11 +217,8 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
             columns[path] += rows.column(path).to_pylist()
     swept = {path: record.get("sweep", {}).get(path, []) for path in paths}
     axes = {path: list(dict.fromkeys(_present([*swept[path], *columns[path]]))) for path in paths}
-    if (
-        "sweep" in record
-        and not {*VARYING_SECTIONS[1:], *_searches()} & record.keys()
-        and math.prod(map(len, axes.values())) < 1_000_000
-    ):
+    is_product = "sweep" in record and not {*VARYING_SECTIONS[1:], *_SEARCHES} & record.keys()
+    if is_product and math.prod(map(len, axes.values())) < 1_000_000:
         return unvaried | {"sweep": axes}
     different = dict.fromkeys(zip(*columns.values(), strict=True))
     return unvaried | {"cases": dict(zip(columns, map(list, zip(*different, strict=True)), strict=True))}
