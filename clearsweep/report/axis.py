@@ -114,9 +114,8 @@ def index_on_axis(axis: Axis, values: np.ndarray) -> np.ndarray:
         upper_neighbours = np.searchsorted(axis_values[order], chunk).clip(1, max(len(axis_values) - 1, 1))
         neighbours = order[np.stack([upper_neighbours - 1, upper_neighbours.clip(max=len(axis_values) - 1)])]
         nearest = neighbours[np.abs(axis_values[neighbours] - chunk).argmin(axis=0), np.arange(len(chunk))]
-        indices[start : start + CHUNK_VALUES] = np.where(
-            np.isclose(axis_values[nearest], chunk, rtol=1e-9, atol=0.0), nearest, -1
-        )
+        is_near = np.isclose(axis_values[nearest], chunk, rtol=1e-9, atol=0.0)
+        indices[start : start + CHUNK_VALUES] = np.where(is_near, nearest, -1)
     return indices
 
 
@@ -139,24 +138,17 @@ def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int)
     for axis in axes:
         if axis.is_numeric:
             values_by_quantity.setdefault(_quantity_key(axis, units), []).extend(axis.values)
-    scales = {
-        kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in values_by_quantity.items()
-    }
-    with_common_units = [
-        axis._replace(scale=scales[_quantity_key(axis, units)]) if axis.is_numeric else axis for axis in axes
-    ]
-    axes, fits = with_common_units, grid.recorded_fits(record)
-    written_units = record.get("written_units", {})
-    written_scales = {
-        axis.path: wording.written_scale(written_units.get(axis.path), units.get(axis.path, "1")) for axis in axes
-    }
-    axes = [
-        axis._replace(scale=scale, has_written_unit=True) if (scale := written_scales[axis.path]) else axis
-        for axis in axes
-    ]
-    labels = grid.recorded_labels(record)
-    axes = [axis._replace(labels={value: label for label, value in labels.get(axis.path, {}).items()}) for axis in axes]
-    return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn_values) for axis in axes)
+    fits, labels = grid.recorded_fits(record), grid.recorded_labels(record)
+    described = []
+    for axis in axes:
+        (kind, unit), scale = _quantity_key(axis, units), axis.scale
+        if axis.is_numeric:
+            scale = wording.scale(unit, values_by_quantity[kind, unit], speed=kind == "speed")
+        written_scale = wording.written_scale(record.get("written_units", {}).get(axis.path), unit)
+        names = {value: label for label, value in labels.get(axis.path, {}).items()}
+        with_scale = axis._replace(scale=written_scale or scale, has_written_unit=bool(written_scale), labels=names)
+        described.append(_with_fits(with_scale, fits.get(axis.path, ()), drawn=axis.path in drawn_values))
+    return tuple(described)
 
 
 def _quantity_key(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:

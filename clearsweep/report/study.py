@@ -156,18 +156,15 @@ class Study(NamedTuple):
         """
         axis_values = [(axis, self._value_of(case_id, axis.path)) for axis in self.swept() if axis is not omitted_axis]
         used_values = [(axis, value) for axis, value in axis_values if not is_missing(value)]
-        distinctive = [
-            axis_value
-            for axis_value in used_values
-            if len(used_values) <= MAX_NAMED_AXES or axis_value[1] != self._most_common_value(axis_value[0])
-        ]
+        distinctive = used_values
+        if len(used_values) > MAX_NAMED_AXES:
+            distinctive = [(axis, value) for axis, value in used_values if value != self._most_common_value(axis)]
         named = wording.of_joints((axis.name, axis.text(value)) for axis, value in distinctive)
         value_texts = [f"{name} {text}{joints}" for name, joints, text in named]
         rows = self.failed if self.cases.row_of(case_id) < 0 else self.cases
         value_texts = [*(f"{name} {rows.at(case_id, name)}" for name in self.label_columns), *value_texts]
-        return ", ".join(
-            [*value_texts, "all other values as in most cases"] if len(distinctive) < len(used_values) else value_texts
-        )
+        note = ["all other values as in most cases"] if len(distinctive) < len(used_values) else []
+        return ", ".join([*value_texts, *note])
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the value (SI) of a case at a dotted path, swept or not, or None if it has none."""
@@ -355,13 +352,8 @@ _DERIVED_FIGURES = (
 
 def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[np.ndarray, np.ndarray]:
     """Return the number of revolutions before and in the recorded window of each finished case; NaN if unknown."""
-    total, discarded = (
-        cases.get(path, value_at(base, path))
-        for path in (
-            "simulate.cycles" if value_at(base, "simulate.period") else "simulate.revolutions",
-            "simulate.discard",
-        )
-    )
+    length = "simulate.cycles" if value_at(base, "simulate.period") else "simulate.revolutions"
+    total, discarded = (cases.get(path, value_at(base, path)) for path in (length, "simulate.discard"))
     if (time := cases.get("simulate.time", value_at(base, "simulate.time"))) is not None:  # the window is one cycle
         before = 0.0 if discarded is None else discarded
         total, discarded = time / (time - before), before / (time - before)
@@ -423,9 +415,8 @@ def cases_by_cell(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> 
     x_axis, y_axis = axes
     row, column = study.indices_on(y_axis), study.indices_on(x_axis)
     is_known = np.isfinite(values) & (row >= 0) & (column >= 0)
-    return indices_by_value(
-        np.where(is_known, row * len(x_axis.values) + column, -1), len(y_axis.values) * len(x_axis.values)
-    )
+    cell = np.where(is_known, row * len(x_axis.values) + column, -1)
+    return indices_by_value(cell, len(y_axis.values) * len(x_axis.values))
 
 
 def largest(values: np.ndarray) -> float:

@@ -205,17 +205,11 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     with phases.phase("drawing"):
         if out.suffix.lower() == ".html":
             figures = [(name, wording.quantity_text(value, study.unit(name))) for name, value in result.summary.items()]
-            shown: dict[str, Any] = {
-                "title": _title(study, case_id),
-                "setting": study.setting(case_id),
-                "pictures": pictures,
-            }
-            shown |= {"status": result.status, "message": result.message, "rows": figures}
+            shown: dict[str, Any] = {"title": _title(study, case_id), "setting": study.setting(case_id)}
+            shown |= {"pictures": pictures, "status": result.status, "message": result.message, "rows": figures}
             return write_page(render("case.html.j2", **shown), out)
-        svg = panels_svg(
-            [picture._replace(size=PANEL_SIZE) for picture in pictures],
-            f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(),
-        )
+        title = f"{_title(study, case_id)}\n{study.setting(case_id)}".strip()
+        svg = panels_svg([picture._replace(size=PANEL_SIZE) for picture in pictures], title)
         durable.replace_output(out, drawing_bytes(svg, out.suffix[1:].lower(), dots_per_inch=PANEL_DOTS))
         return out
 
@@ -235,11 +229,9 @@ def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Pictur
     pictures = motion_pictures(study, case_id, channels) + onset_pictures(study, case_id, result.events, channels)
     for joint in study.joints:
         if joint.name in result.wear:
+            suffix = study.joint_text(joint, ", joint {}")
             wear_pictures = joints.wear_pictures(study, joint, case_id, result.wear[joint.name])
-            pictures += [
-                picture._replace(title=picture.title + study.joint_text(joint, ", joint {}"))
-                for picture in wear_pictures
-            ]
+            pictures += [picture._replace(title=picture.title + suffix) for picture in wear_pictures]
     return pictures
 
 
@@ -431,11 +423,8 @@ def _frame_indices(study: Study, history: History) -> np.ndarray:
         return np.searchsorted(history.time, times).clip(max=len(history.time) - 1)
     force = study.leading_values(history.channels)
     first = np.floor((history.angle[force.argmax()] - history.angle[0]) / (2.0 * np.pi)) * 2.0 * np.pi
-    angles = (
-        history.angle[0]
-        + min(first, max(np.ptp(history.angle) - 2.0 * np.pi, 0.0))
-        + np.linspace(0.0, 2.0 * np.pi, FRAMES, endpoint=False)
-    )
+    first = history.angle[0] + min(first, max(np.ptp(history.angle) - 2.0 * np.pi, 0.0))
+    angles = first + np.linspace(0.0, 2.0 * np.pi, FRAMES, endpoint=False)
     return np.searchsorted(history.angle, angles).clip(max=len(history.angle) - 1)
 
 

@@ -50,9 +50,8 @@ def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[P
         file = options.directory / f"{name}.{options.form}"
         durable.replace_output(file, picture_bytes(picture, options.form, WIDTHS[options.width]))
         files.append(file)
-        lines.append(
-            f"| {file.name} | {_table_cell(picture.title)} | {_table_cell(f'{picture.caption} {picture.alt}')} |"
-        )
+        cells = file.name, _table_cell(picture.title), _table_cell(f"{picture.caption} {picture.alt}")
+        lines.append(f"| {' | '.join(cells)} |")
     durable.replace_output(options.directory / INDEX, ("\n".join(lines) + "\n").encode(), lines[0].encode())
     return [*files, options.directory / INDEX]
 
@@ -62,12 +61,8 @@ def named_pictures(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
     pictures: dict[str, Picture] = {}
     for section in sections:
         for part_title, picture in section.pictures:
-            ascii_words = (
-                unicodedata.normalize("NFKD", f"{section.key} {part_title} {picture.title}")
-                .encode("ascii", "ignore")
-                .decode()
-                .lower()
-            )
+            words = unicodedata.normalize("NFKD", f"{section.key} {part_title} {picture.title}")
+            ascii_words = words.encode("ascii", "ignore").decode().lower()
             name = re.sub(r"[^a-z0-9]+", "-", ascii_words).strip("-")
             earlier_count = sum(other == name or re.fullmatch(rf"{name}-\d+", other) is not None for other in pictures)
             pictures[f"{name}-{earlier_count + 1}" if earlier_count else name] = picture
@@ -82,10 +77,8 @@ def picture_bytes(picture: Picture, form: str, width: float | None = None) -> by
     width = width or (PAGE_WIDTH if picture.is_wide else COLUMN_WIDTH)
     # Height (mm) of a picture of this width (mm)
     picture_width, picture_height = picture.size
-    height = max(
-        min(width * picture_height / picture_width, MAX_HEIGHT),
-        min(width / picture_width, MM_PER_INCH) * picture_height,
-    )
+    least_height = min(width / picture_width, MM_PER_INCH) * picture_height
+    height = max(min(width * picture_height / picture_width, MAX_HEIGHT), least_height)
     size = width / MM_PER_INCH, height / MM_PER_INCH
     scale = min(MAX_TEXT_SCALE, size[0] / picture.size[0])
     sheet, box = painted(picture._replace(size=(size[0] / scale, size[1] / scale)))

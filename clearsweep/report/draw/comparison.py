@@ -109,20 +109,14 @@ def draw_effect(
         if has_names:  # no line between names
             offset = joint_colours.index(curve.colour) if curve.colour in joint_colours else 0
             positions = tick_positions + 0.16 * (offset - 0.5 * (len(joint_colours) - 1))
+        marker, line_style = ("o", "-") if curve.has_band else ("s", "--")
         if curve.has_band and has_names:
             ax.vlines(positions, low, high, color=curve.colour, alpha=0.3, linewidth=6)
         elif curve.has_band:
             ax.fill_between(positions, low, high, color=curve.colour, alpha=band_alpha)
-        ax.plot(
-            positions,
-            curve.effect.medians / scale.factor,
-            color=curve.colour,
-            linewidth=1.5,
-            linestyle="" if has_names else "-" if curve.has_band else "--",
-            label=curve.name,
-            markersize=4,
-            marker=("o" if curve.has_band else "s") if has_markers else "",
-        )
+        style: dict[str, Any] = {"linestyle": "" if has_names else line_style, "marker": marker if has_markers else ""}
+        medians = curve.effect.medians / scale.factor
+        ax.plot(positions, medians, color=curve.colour, linewidth=1.5, label=curve.name, markersize=4, **style)
     ax.set_labels(axis.label(), label_with_unit(name, scale))
     if has_names:
         ax.set_xlim(-0.5, len(positions) - 0.5)
@@ -151,18 +145,11 @@ def draw_restitutions(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> Non
     """Draw the specified and the effective restitution by law; a row is (name, specified, effective)."""
     names = list(dict.fromkeys(row[0] for row in rows))[::-1]
     for row_index, (name, specified, effective) in enumerate(rows):
-        position = names.index(name)
+        position, labels = names.index(name), ("", "") if row_index else ("specified", "computed")
         ax.plot([specified, effective], [position, position], "-", color=GREY, linewidth=1.2, zorder=1)
-        ax.plot(
-            specified,
-            position,
-            "o",
-            markerfacecolor="#ffffff",
-            color=INK,
-            markersize=6,
-            label="specified" if row_index == 0 else "",
-        )
-        ax.plot(effective, position, "D", color=RED, markersize=4.5, label="computed" if row_index == 0 else "")
+        open_circle: dict[str, Any] = {"markerfacecolor": "#ffffff", "color": INK, "markersize": 6}
+        ax.plot(specified, position, "o", label=labels[0], **open_circle)
+        ax.plot(effective, position, "D", color=RED, markersize=4.5, label=labels[1])
     _label_rows(ax, names)
     ax.xaxis.label = "restitution"
     ax.set_legend("above", columns=2)
@@ -173,16 +160,12 @@ def draw_elastic_forces(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str
     scale = wording.scale("m", depths)
     used_counts = itertools.accumulate((is_used for *_, is_used in curves), initial=0)  # before each curve
     for (name, forces, is_used), used_count in zip(curves, used_counts, strict=False):
-        dash = ("-", "--", ":")[used_count // len(CURVE_COLOURS) % 3]
-        ax.plot(
-            depths / scale.factor,
-            forces,
-            color=CURVE_COLOURS[used_count % len(CURVE_COLOURS)] if is_used else PALE,
-            linestyle=dash if is_used else "-",
-            linewidth=1.6 if is_used else 1.1,
-            label=name if is_used else "",
-            zorder=2 if is_used else 1,
-        )
+        style: dict[str, Any] = {"color": PALE, "linewidth": 1.1, "zorder": 1}
+        if is_used:
+            dash = ("-", "--", ":")[used_count // len(CURVE_COLOURS) % 3]
+            colour = CURVE_COLOURS[used_count % len(CURVE_COLOURS)]
+            style = {"color": colour, "linestyle": dash, "linewidth": 1.6, "label": name, "zorder": 2}
+        ax.plot(depths / scale.factor, forces, **style)
     ax.set_log("x", "y")
     ax.set_labels(f"penetration [{scale.unit}]", "elastic force [N]")
     ax.xaxis.formatter = ax.yaxis.formatter = lambda value: wording.short_number_text(value, 2)
@@ -277,13 +260,8 @@ def draw_histogram(
     bins = "auto" if np.ptp(scaled_values) > 1e-9 * np.abs(scaled_values).max() else 1
     edges = np.histogram_bin_edges(scaled_values, bins)
     edges = edges if len(edges) <= MAX_BIN_EDGES else np.linspace(edges[0], edges[-1], MAX_BIN_EDGES)
-    ax.hist(
-        scaled_values,
-        edges.tolist(),
-        weights=np.full(len(scaled_values), 100.0 / len(scaled_values)),
-        color=BLUE,
-        alpha=0.85,
-    )
+    weights = np.full(len(scaled_values), 100.0 / len(scaled_values))
+    ax.hist(scaled_values, edges.tolist(), weights=weights, color=BLUE, alpha=0.85)
     for marked_value in marked_values:
         ax.axvline(marked_value / scale.factor, color=INK, linewidth=0.9, linestyle=":")
     if limit is not None:

@@ -29,10 +29,9 @@ from . import (
 # Drawing of a mechanism: its bodies, joints and loads at the start, each with its name.
 
 BODY_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
-_DRIVE_ARROW = np.stack(
-    [np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0.1))], -1
-)  # the arrow of a drive
-_BLOCK_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))  # corners of a block
+_ARROW_ANGLES = np.arange(0.4, 5.2, 0.1)
+_DRIVE_ARROW = np.stack([np.cos(_ARROW_ANGLES), np.sin(_ARROW_ANGLES)], -1)  # the arrow of a drive
+_BLOCK_CORNERS = np.array(((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)))  # corners of a block
 _FONT_SIZE, _LETTER_WIDTH, _LINE_HEIGHT = 8, 4.9, 12.0  # points: of names, their mean letter, their line
 _LABEL_STYLE: dict[str, Any] = {"ha": "center", "va": "center", "size": _FONT_SIZE, "has_halo": True}
 _MARGINS = np.array([0.7, 0.8])  # inches of a figure's width and height for ticks, their labels and the title
@@ -196,11 +195,9 @@ def _draw_guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, siz
     unit_vector = np.array([math.cos(direction), math.sin(direction)])
     ends = joint.position + 0.2 * size * np.array([[-1.0], [1.0]]) * unit_vector
     ax.plot(ends[:, 0], ends[:, 1], color=GREY, linewidth=0.8, linestyle="6 3", zorder=1)
-    width, height = 0.14 * size, 0.08 * size
     perpendicular = np.array([-unit_vector[1], unit_vector[0]])
-    outline = joint.position + 0.5 * (
-        np.array(_BLOCK_CORNERS)[:, :1] * width * unit_vector + np.array(_BLOCK_CORNERS)[:, 1:] * height * perpendicular
-    )
+    sides = 0.14 * size * unit_vector, 0.08 * size * perpendicular
+    outline = joint.position + 0.5 * (_BLOCK_CORNERS[:, :1] * sides[0] + _BLOCK_CORNERS[:, 1:] * sides[1])
     ax.fill(*outline[:-1].T, facecolor=PALE, edgecolor=RED if joint.has_clearance else GREY, linewidth=1.0)
     return _interpolate(outline)
 
@@ -219,10 +216,8 @@ def _draw_joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.nd
         width = 2.2 * radius
         base = y - 1.6 * width
         ax.fill([x, x - width, x + width], [y, base, base], facecolor=PALE, edgecolor=GREY, linewidth=0.8)
-        ax.plot([x - 1.5 * width, x + 1.5 * width], [y - 1.6 * width] * 2, color=GREY, linewidth=1.2)
-        point_arrays.append(
-            _interpolate(np.array([(x - width, y - 1.6 * width), (x, y), (x + width, y - 1.6 * width)]))
-        )
+        ax.plot([x - 1.5 * width, x + 1.5 * width], [base, base], color=GREY, linewidth=1.2)
+        point_arrays.append(_interpolate(np.array([(x - width, base), (x, y), (x + width, base)])))
     ax.circle((x, y), radius, facecolor="#ffffff", edgecolor=INK, linewidth=1.2, zorder=4)
     if joint.has_clearance:
         ax.circle((x, y), 1.9 * radius, edgecolor=RED, linewidth=1.4, zorder=4)
@@ -257,12 +252,8 @@ def _draw_arrow_head(ax: Axes, tip: np.ndarray, direction: np.ndarray, length: f
     """Draw the head of an arrow at `tip` (m) that points in a direction; length : m."""
     back = -length * direction / max(float(np.hypot(*direction)), 1e-12)
     perpendicular = 0.4 * np.array([-back[1], back[0]])
-    ax.fill(
-        *np.stack([tip, tip + back + perpendicular, tip + back - perpendicular]).T,
-        facecolor=INK,
-        edgecolor=INK,
-        zorder=5,
-    )
+    corners = np.stack([tip, tip + back + perpendicular, tip + back - perpendicular])
+    ax.fill(*corners.T, facecolor=INK, edgecolor=INK, zorder=5)
 
 
 # Drawings of one motion: orbit, force, histories and contact onsets.
@@ -301,28 +292,18 @@ def draw_unrolled_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarra
     gap, magnification = clearance - np.hypot(x, y), penetration_magnification(x, y, clearance)
     max_penetration = max(float(-gap.min()), 0.0)
     height = np.where(gap < 0.0, magnification * gap, gap) / scale.factor
-    crosses_seam = np.abs(np.diff(direction)) > 180.0  # a line that crosses +-180 degrees
-    ax.plot(
-        np.insert(direction, np.flatnonzero(crosses_seam) + 1, np.nan),
-        np.insert(height, np.flatnonzero(crosses_seam) + 1, np.nan),
-        color=GREY,
-        linewidth=0.5,
-        alpha=0.8,
-    )
+    seams = np.flatnonzero(np.abs(np.diff(direction)) > 180.0) + 1  # where a line crosses +-180 degrees
+    ax.plot(np.insert(direction, seams, np.nan), np.insert(height, seams, np.nan), color=GREY, linewidth=0.5, alpha=0.8)
     ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", zorder=0)
     ax.axhline(0.0, color=INK, linewidth=1.0)
     _draw_contact_points(ax, direction, height, force)
     high, low = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor), 1.1 * min(float(height.min()), 0.0)
-    penetration_ticks = [] if max_penetration == 0.0 else [-max_penetration, -0.5 * max_penetration]
+    penetrations = [] if max_penetration == 0.0 else [-max_penetration, -0.5 * max_penetration]
     gap_ticks = np.asarray(round_ticks(max(1, round(4.0 * high / (high - low))))(0.0, high))
     gap_ticks = gap_ticks[(gap_ticks >= 0.0) & (gap_ticks <= high)]
-    penetration_labels = [
-        wording.short_number_text(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks
-    ]
-    ax.yaxis.set_ticks(
-        [*(magnification * value / scale.factor for value in penetration_ticks), *gap_ticks],
-        [*penetration_labels, *map(_short_text, gap_ticks)],
-    )
+    names = [wording.short_number_text(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetrations]
+    ticks = [*(magnification * value / scale.factor for value in penetrations), *gap_ticks]
+    ax.yaxis.set_ticks(ticks, [*names, *map(_short_text, gap_ticks)])
     ax.set_xlim(-180.0, 180.0)
     ax.set_ylim(low, high)
     ax.set_labels("direction of the journal centre [°]", f"gap [{scale.unit}]")
@@ -368,13 +349,8 @@ def draw_over_time(
 ) -> None:
     """Draw a quantity (SI) over time (s) and, if available, the same in the ideal mechanism at equal crank angles."""
     scale, time_scale = wording.scale(unit, values, speed="speed" in name), wording.scale("s", t)
-    ax.plot(
-        t / time_scale.factor,
-        values / scale.factor,
-        color=BLUE,
-        linewidth=0.8,
-        label="with clearance" if ideal is not None else "",
-    )
+    label = "with clearance" if ideal is not None else ""
+    ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8, label=label)
     if ideal is not None:
         ax.plot(t / time_scale.factor, ideal / scale.factor, color=RED, linewidth=1.2, linestyle="--", label="ideal")
     ax.set_labels(f"time [{time_scale.unit}]", f"{name} [{scale.unit}]")
@@ -402,9 +378,8 @@ def draw_onsets(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[
         ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
     ax.yaxis.label = f"closing rate at onset [{scale.unit}]"
     ax.set_ylim(0.0, None)
-    set_crank_angle_axis(
-        ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), has_legend=bool(limits)
-    )  # full turns
+    full_turns = np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))])
+    set_crank_angle_axis(ax, full_turns, has_legend=bool(limits))
 
 
 # Drawings of a journal in a spatial bearing: its axis, the orbits of its ends, its tilt.

@@ -51,9 +51,8 @@ def cell_font_size(column_count: int, longest_text: int) -> float:
 
     longest_text : characters of the longest text.
     """
-    return min(
-        max(MAP_WIDTH / (max(column_count, 1) * LETTER_WIDTH * max(longest_text, 1)), MIN_FONT_SIZE), MAX_FONT_SIZE
-    )
+    font_size = MAP_WIDTH / (max(column_count, 1) * LETTER_WIDTH * max(longest_text, 1))
+    return min(max(font_size, MIN_FONT_SIZE), MAX_FONT_SIZE)
 
 
 def draw_heat_map(
@@ -91,9 +90,8 @@ def _draw_cells(
     ax.face_colour = UNKNOWN_COLOUR
     columns, rows = (np.arange(size + 1) - 0.5 for size in table.shape[::-1])
     has_texts = all(size <= limit for size, limit in zip(table.shape, MAX_LABELLED_SHAPE, strict=True))
-    ax.cells(
-        columns, rows, table, colours, edge_colour="#ffffff" if has_texts and colours.is_stepped else "", linewidth=0.8
-    )
+    edge_colour = "#ffffff" if has_texts and colours.is_stepped else ""
+    ax.cells(columns, rows, table, colours, edge_colour=edge_colour, linewidth=0.8)
     for (row, column), text in np.ndenumerate(texts) if has_texts else ():
         colour = "#ffffff" if is_dark is not None and is_dark[row, column] else "#000000"
         ax.text(column, row, text, ha="center", va="center", size=font_size, colour=colour)
@@ -118,9 +116,8 @@ PARTLY_COLOUR = "#dcecf5"  # passes, but its design fails elsewhere
 UNDECIDED_COLOUR = "#f5efc4"  # passes at the mean clearance of a fit whose tolerance is not covered; pale yellow
 FAILS_ELSEWHERE, TOLERANCE_OPEN = 1.0, 2.0  # reservations of a cell that passes
 FAILING_CODE = 3.0  # code of a failing cell
-VERDICT_COLOURS = ColourScale(
-    -0.5, FAILING_CODE + 0.5, (PASS_COLOUR, PARTLY_COLOUR, UNDECIDED_COLOUR, FAIL_COLOUR), is_stepped=True
-)
+_PASSING_COLOURS = (PASS_COLOUR, PARTLY_COLOUR, UNDECIDED_COLOUR)
+VERDICT_COLOURS = ColourScale(-0.5, FAILING_CODE + 0.5, (*_PASSING_COLOURS, FAIL_COLOUR), is_stepped=True)
 RESERVATION_TEXTS = {FAILS_ELSEWHERE: "(ok)", TOLERANCE_OPEN: "open"}
 PASS_DOT_COLOUR, FAIL_DOT_COLOUR = "#1f5f86", "#a34a12"
 
@@ -246,9 +243,8 @@ def draw_spectrum(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str,
     ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
     if ideal is not None:
         is_drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * max_amplitude)
-        ax.plot(
-            ideal.order[is_drawn], ideal.amplitude[is_drawn] / scale.factor, "_", color=RED, markersize=6, label="ideal"
-        )
+        heights = ideal.amplitude[is_drawn] / scale.factor
+        ax.plot(ideal.order[is_drawn], heights, "_", color=RED, markersize=6, label="ideal")
     ax.set_log("y")
     ax.set_xlim(0.0, MAX_ORDER + 0.5)
     ax.set_ylim(floor, 3.0 * max_amplitude / scale.factor)

@@ -154,11 +154,9 @@ def motion_pictures(study: Study, case_id: str, channels: Mapping) -> list[Pictu
     speed = _speed_pictures(history)
     joints = [picture for joint in study.joints for picture in _joint_pictures(study, case_id, joint, history)]
     output = _output_pictures(study, case_id, history)
-    return (
-        [*speed, *joints, *output, *_torque_pictures(study, case_id, history)]
-        if output
-        else [*speed, *_channel_pictures(study, history), *joints]
-    )
+    if not output:
+        return [*speed, *_channel_pictures(study, history), *joints]
+    return [*speed, *joints, *output, *_torque_pictures(study, case_id, history)]
 
 
 def _speed_pictures(history: History) -> list[Picture]:
@@ -196,9 +194,8 @@ def onset_pictures(study: Study, case_id: str, events: Mapping | np.ndarray, cha
         yield_speeds = effects.yield_speeds(study, case_id, float(rate.max())) if unit == "m/s" else []
         alt = f"{int(chosen.sum())} contact onsets, the fastest at {_largest_text(rate, unit)}."
         paint = partial(draw_onsets, angle=angles[chosen], rate=rate, limits=yield_speeds, unit=unit)
-        pictures.append(
-            Picture("Contact onsets", "Closing rate at each onset of the whole run.", alt, paint, FLAT_SIZE)
-        )
+        caption = "Closing rate at each onset of the whole run."
+        pictures.append(Picture("Contact onsets", caption, alt, paint, FLAT_SIZE))
     return pictures
 
 
@@ -222,24 +219,18 @@ def _output_pictures(study: Study, case_id: str, history: History) -> list[Pictu
         output_pictures.append(Picture(title, "", alt, paint, FLAT_SIZE, shown_in_player=True))
     if unit in name_by_unit and ideal:
         error = history.values(name_by_unit[unit]) - ideal.position
-        output_pictures.append(
-            Picture(
-                f"{capitalise(output)} position error",
-                f"{capitalise(output)} position less that of the ideal mechanism.",
-                f"{capitalise(output)} error, at most {_largest_text(error, unit)}.",
-                history.painter(error, unit, f"{output} error"),
-                FLAT_SIZE,
-            )
-        )
+        title, paint = f"{capitalise(output)} position", history.painter(error, unit, f"{output} error")
+        caption = f"{title} less that of the ideal mechanism."
+        alt = f"{capitalise(output)} error, at most {_largest_text(error, unit)}."
+        output_pictures.append(Picture(f"{title} error", caption, alt, paint, FLAT_SIZE))
     return output_pictures
 
 
 def _acceleration_channel(study: Study, history: History) -> Column | None:
     """Return the channel of the output's acceleration: its unit is that of the position per s^2."""
     unit = f"{study.unit(study.column('error_max'))}/s^2"
-    return next(
-        (channel for channel in _body_channels(study, history, study.run.layout.output) if channel.unit == unit), None
-    )
+    channels = _body_channels(study, history, study.run.layout.output)
+    return next((channel for channel in channels if channel.unit == unit), None)
 
 
 def _torque_pictures(study: Study, case_id: str, history: History) -> list[Picture]:
@@ -381,13 +372,11 @@ def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: f
     """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
     x, y, force = curve
     magnification = penetration_magnification(x, y, clearance)
-    penetration_note = (
-        f"; below zero is the penetration, magnified {magnification:g} times" if magnification > 1.0 else ""
-    )
+    note = f"; below zero is the penetration, magnified {magnification:g} times" if magnification > 1.0 else ""
     smallest_gap = wording.quantity_text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
     return Picture(
         f"Journal orbit unrolled{joint_text}",
-        f"The gap in the direction of the journal centre{penetration_note}.",
+        f"The gap in the direction of the journal centre{note}.",
         f"Gap against the direction of the journal centre, at least {smallest_gap}.",
         lambda ax: draw_unrolled_orbit(ax, x, y, force, clearance),
         SQUARE_SIZE,

@@ -70,9 +70,10 @@ def png_address(pixels: np.ndarray) -> str:
     lines = np.concatenate([np.zeros((rows, 1), np.uint8), pixels.reshape(rows, -1)], axis=1)  # filter type 0
     header = struct.pack(">IIBBBBB", columns, rows, 8, 6, 0, 0, 0)
     chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(lines.tobytes(), 9)), (b"IEND", b""))
-    body = b"".join(
+    chunk_texts = (
         struct.pack(">I", len(data)) + name + data + struct.pack(">I", zlib.crc32(name + data)) for name, data in chunks
     )
+    body = b"".join(chunk_texts)
     return "data:image/png;base64," + base64.b64encode(PNG_SIGNATURE + body).decode()
 
 
@@ -230,11 +231,9 @@ def text_svg(
     style_text = f"font-size: {size:g}px; {_FAMILY}; text-anchor: {anchor}; {style or f'fill: {INK}'}"
     content = html.escape(lines[0])
     if len(lines) > 1:
-        rows = (
-            f'<tspan x="{x:.2f}" dy="{1.17 * size if k else 0:.2f}">{html.escape(line)}</tspan>'
-            for k, line in enumerate(lines)
-        )
-        content = "".join(rows)
+        steps = [0.0, *[1.17 * size] * (len(lines) - 1)]
+        rows = zip(steps, map(html.escape, lines), strict=True)
+        content = "".join(f'<tspan x="{x:.2f}" dy="{step:.2f}">{line}</tspan>' for step, line in rows)
     return f'<text x="{x:.2f}" y="{y:.2f}"{transform} style="{style_text}">{content}</text>'
 
 
@@ -320,16 +319,13 @@ class Side:
             for end, data_end, sign in ((a, low, -1.0), (b, high, 1.0))
         ]
         limits = [10.0 ** min(max(end, -MAX_DECADE), MAX_DECADE) for end in limits] if self.is_log else limits
-        low, high = (
-            end if set_limit is None else set_limit for end, set_limit in zip(limits, self.fixed_limits, strict=True)
-        )
+        low, high = (end if fixed is None else fixed for end, fixed in zip(limits, self.fixed_limits, strict=True))
         return low, high
 
     def set_limits(self, low: float | None, high: float | None) -> None:
         """Set one end or both."""
-        self.fixed_limits = [
-            old if new is None else float(new) for old, new in zip(self.fixed_limits, (low, high), strict=True)
-        ]
+        ends = zip(self.fixed_limits, (low, high), strict=True)
+        self.fixed_limits = [old if new is None else float(new) for old, new in ends]
 
     def fraction(self, values: Any) -> np.ndarray:
         """Return values relative to both ends, 0 to 1."""
@@ -360,12 +356,8 @@ class Side:
             intervals = max(2, min(_MAX_TICKS, int(length / _MIN_TICK_DISTANCE[self.axis_name])))
             positions = round_ticks(intervals)(low, high)
         names = labels if labels is not None else self._tick_labels(positions)
-        tolerance = 1e-9 * (high - low)
-        return [
-            (position, name)
-            for position, name in zip(positions, names, strict=True)
-            if low - tolerance <= position <= high + tolerance
-        ]
+        margin, named = 1e-9 * (high - low), zip(positions, names, strict=True)
+        return [(position, name) for position, name in named if low - margin <= position <= high + margin]
 
     def _tick_labels(self, positions: Sequence[float]) -> list[str]:
         if self.formatter is not None:
@@ -375,9 +367,7 @@ class Side:
         step = min((b - a for a, b in itertools.pairwise(positions)), default=1.0) or 1.0
         largest = max(map(abs, positions), default=0.0)
         if largest >= 1e5 or 0.0 < step < 1e-4:
-            return [
-                wording.short_number_text(position if abs(position) > 1e-9 * largest else 0.0, 4)
-                for position in positions
-            ]
+            rounded = (position if abs(position) > 1e-9 * largest else 0.0 for position in positions)
+            return [wording.short_number_text(position, 4) for position in rounded]
         digits = next((d for d in range(8) if all(abs(round(p, d) - p) < 1e-6 * step for p in positions)), 8)
         return [f"{position + 0.0:.{digits}f}".replace("-", wording.MINUS) for position in positions]

@@ -60,10 +60,8 @@ def path_data(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
     digits = 1 if len(x) > LONG_PATH else 2
     parts, boundaries = [], np.flatnonzero(np.diff(np.r_[0, finite.astype(int), 0]))
     for start, end in zip(boundaries[::2].tolist(), boundaries[1::2].tolist(), strict=True):
-        corners = [
-            f"{a:g} {b:g}"
-            for a, b in zip(x[start:end].round(digits).tolist(), y[start:end].round(digits).tolist(), strict=True)
-        ]
+        places = x[start:end].round(digits).tolist(), y[start:end].round(digits).tolist()
+        corners = [f"{a:g} {b:g}" for a, b in zip(*places, strict=True)]
         parts.append("M" + "L".join(corners) + ("Z" if closed else ""))
     return "".join(parts)
 
@@ -173,10 +171,13 @@ def _halo(x: float, y: float, text_style: TextStyle) -> str:
         return ""
     width = text_width(text_style.text, text_style.size) + 2.0 * HALO_PAD
     height = text_height(text_style.text, text_style.size) + 2.0 * HALO_PAD
-    return (
-        f'<rect x="{x - 0.5 * width:.2f}" y="{y - 0.5 * height:.2f}" width="{width:.2f}" height="{height:.2f}" '
-        f'style="fill: {PAPER}; fill-opacity: 0.75"/>'
-    )
+    rectangle = _frame(Box(x - 0.5 * width, y - 0.5 * height, width, height))
+    return f'<rect {rectangle} style="fill: {PAPER}; fill-opacity: 0.75"/>'
+
+
+def _frame(box: Box) -> str:
+    """Return the attributes of a box."""
+    return f'x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" height="{box.height:.2f}"'
 
 
 def _image_of_cells(item: Item, ax: Axes, box: Box) -> str:
@@ -191,10 +192,7 @@ def _image_of_cells(item: Item, ax: Axes, box: Box) -> str:
 def image_svg(pixels: np.ndarray, box: Box, *, is_smooth: bool = False) -> str:
     """Return an image (rows, columns, 4), uint8 RGBA, that fills a box."""
     rendering = "" if is_smooth else ' style="image-rendering: pixelated"'
-    return (
-        f'<image x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" height="{box.height:.2f}" '
-        f'preserveAspectRatio="none"{rendering} href="{png_address(pixels)}"/>'
-    )
+    return f'<image {_frame(box)} preserveAspectRatio="none"{rendering} href="{png_address(pixels)}"/>'
 
 
 def _pixels_svg(x: np.ndarray, y: np.ndarray, marker_style: MarkerStyle, box: Box) -> str:
@@ -262,9 +260,8 @@ def legend_svg(ax: Axes, box: Box) -> list[str]:
 def _legend_above(ax: Axes, legend: Legend, box: Box) -> list[str]:
     rows, sample_width, parts = _rows(ax, legend), FONT_SIZE * legend.sample, []
     columns = [[row[k] for row in rows if k < len(row)] for k in range(max(map(len, rows)))]
-    widths = [
-        sample_width + SAMPLE_GAP + max(text_width(entry.name, FONT_SIZE) for entry in column) for column in columns
-    ]
+    names = [max(text_width(entry.name, FONT_SIZE) for entry in column) for column in columns]
+    widths = [sample_width + SAMPLE_GAP + name for name in names]
     lefts = box.left + legend.left * box.width + 4.0
     entry_lefts = lefts + np.cumsum([0.0, *(width + FONT_SIZE * legend.column_gap for width in widths)])
     for k, row in enumerate(rows):
@@ -316,22 +313,18 @@ class Sheet:
         space_above, right = legend_size(ax)
         left = PAD + _tick_width(ax.yaxis, self.height - 50.0) + label_space(ax.yaxis)
         texts = [item.style for item in ax.items if item.kind == "text" and item.spans_width and item.x[0] >= 1.0]
-        width_of_texts_beside = max(
-            (AXES_GAP + style.offset + text_width(style.text, style.size) for style in texts), default=0.0
-        )
-        right = PAD + max(right, width_of_texts_beside)
+        widths = (AXES_GAP + style.offset + text_width(style.text, style.size) for style in texts)
+        right = PAD + max(right, max(widths, default=0.0))
         if ax.colour_bar:
-            right += (
-                BAR_GAP + BAR_WIDTH + _tick_width(ax.colour_bar[1], self.height - 50.0) + label_space(ax.colour_bar[1])
-            )
+            bar_side = ax.colour_bar[1]
+            right += BAR_GAP + BAR_WIDTH + _tick_width(bar_side, self.height - 50.0) + label_space(bar_side)
         names = ax.xaxis.ticks(self.width - left - right)
         space_below = PAD + _tick_height(ax.xaxis, [name for _, name in names]) + label_space(ax.xaxis)
         top = PAD + max(space_above, 0.5 * ax.yaxis.font_size)
         if names and not ax.colour_bar and not ax.xaxis.rotation:
             tick, name = names[-1]
-            overhang = 0.5 * text_width(name, ax.xaxis.font_size) - (1.0 - float(ax.xaxis.fraction(tick))) * (
-                self.width - left - right
-            )
+            beyond = (1.0 - float(ax.xaxis.fraction(tick))) * (self.width - left - right)
+            overhang = 0.5 * text_width(name, ax.xaxis.font_size) - beyond
             right = max(right, PAD + overhang)
         box = Box(left, top, max(self.width - left - right, 20.0), max(self.height - top - space_below, 20.0))
         if not ax.equal_aspect:
@@ -348,16 +341,12 @@ class Sheet:
         parts = [
             f'<svg width="{self.width:g}pt" height="{self.height:g}pt" viewBox="0 0 {self.width:g} {self.height:g}" '
             'xmlns="http://www.w3.org/2000/svg">',
-            f'<clipPath id="{clip_id}"><rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" '
-            f'height="{box.height:.2f}"/></clipPath>',
+            f'<clipPath id="{clip_id}"><rect {_frame(box)}/></clipPath>',
             f'<rect width="{self.width:g}" height="{self.height:g}" style="fill: {PAPER}"/>',
         ]
         ticks = {"x": ax.xaxis.ticks(box.width), "y": ax.yaxis.ticks(box.height)}
         if ax.face_colour != PAPER:
-            parts.append(
-                f'<rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" height="{box.height:.2f}" '
-                f'style="fill: {ax.face_colour}"/>'
-            )
+            parts.append(f'<rect {_frame(box)} style="fill: {ax.face_colour}"/>')
         if ax.grid_stroke:
             parts.append(self._grid_svg(ticks, box))
         items = sorted(ax.items, key=lambda item: item.order)
@@ -437,10 +426,9 @@ class Sheet:
         path = []
         for tick, name in side.ticks(box.height):
             y = box.top + (1.0 - float(side.fraction(tick))) * box.height
+            x = left + BAR_WIDTH + side.tick_length
             path.append(f"M{left + BAR_WIDTH:.2f} {y:.2f}h{side.tick_length:g}")
-            parts.append(
-                text_svg(name, left + BAR_WIDTH + side.tick_length + GAP, y, side.font_size, "start", is_centred=True)
-            )
+            parts.append(text_svg(name, x + GAP, y, side.font_size, "start", is_centred=True))
         parts.append(f'<path d="{"".join(path)}" style="stroke: {GREY}; stroke-width: 0.8"/>' if path else "")
         x = left + BAR_WIDTH + _tick_width(side, box.height) + label_space(side) - 0.3 * LABEL_SIZE
         parts.append(self._vertical_label(side.label, x, box))

@@ -21,7 +21,7 @@ from ...language import wording
 from ...language.wording import TIMES, is_missing
 from .. import samples
 from ..axis import PEAK, Axis
-from ..blocks.section import Block, Cards, Gallery, Picture, Points, Section, Sentences, section
+from ..blocks.section import Cards, Gallery, Picture, Points, Section, Sentences, section
 from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, columns_of, count_cell
 from ..draw.maps import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
 from ..effects import main_effects_of
@@ -155,11 +155,8 @@ def verdict_sections(study: Study) -> list[Section]:
         count = wording.count_text(len(study.failed), "case")
         lines = [f"None of the {count} finished; the reasons are listed below.", *answer_of_study(study)["sentences"]]
         return [Section("verdict", "Answer", [Points(list(dict.fromkeys(lines)))])]
-    blocks: list[Block] = [
-        Points(answer_of_study(study)["sentences"]),
-        Gallery("", [*_margin_maps(study)[:1], *answer_maps(study)]),
-    ]
-    return section("verdict", "Answer", *blocks)
+    gallery = Gallery("", [*_margin_maps(study)[:1], *answer_maps(study)])
+    return section("verdict", "Answer", Points(answer_of_study(study)["sentences"]), gallery)
 
 
 def folded_verdict_sections(study: Study) -> list[Section]:
@@ -295,11 +292,9 @@ def periodicity_sentences(study: Study) -> list[str]:
     periods, count = study.cases["period"], len(study.cases)
     known_periods, points = periods[~np.isnan(periods)], []
     if len(known_periods):
-        cases = (
-            ("Every motion" if count > 1 else "The motion")
-            if len(known_periods) == count
-            else f"{len(known_periods)} of {wording.count_text(count, 'motion')}"
-        )
+        cases = f"{len(known_periods)} of {wording.count_text(count, 'motion')}"
+        if len(known_periods) == count:
+            cases = "Every motion" if count > 1 else "The motion"
         verb, its = ("repeats", "its") if len(known_periods) in (1, count) else ("repeat", "their")
         count_by_period = Counter(int(period) for period in known_periods)
         repeats = {n: f"every {'revolution' if n == 1 else f'{n} revolutions'}" for n in sorted(count_by_period)}
@@ -309,9 +304,8 @@ def periodicity_sentences(study: Study) -> list[str]:
         )
     points += _chaos_sentences(study)
     if len(known_periods) < count:
-        subject = (
-            f"{count - len(known_periods)} of {wording.count_text(count, 'motion')}" if count > 1 else "The motion"
-        )
+        unknown = f"{count - len(known_periods)} of {wording.count_text(count, 'motion')}"
+        subject = unknown if count > 1 else "The motion"
         ratio = _ratio_to_median(study, study.most_loaded_joint())
         if ratio <= STEADY_PEAKS:
             within = share_text(STEADY_PEAKS - 1.0)
@@ -340,10 +334,8 @@ def _expected_peak_sentences(study: Study) -> list[str]:
         ]
     joint = study.joint(largest.joint)
     force_texts = wording.texts_in_common_unit((largest.value, largest.high, largest.seen), "N")
-    location_text = study.joint_text(joint, " in joint {}") + (
-        f" at {study.setting(largest.case_id)}" if study.swept() else ""
-    )
-    return [expected_peak_sentence(force_texts, location_text)]
+    setting = f" at {study.setting(largest.case_id)}" if study.swept() else ""
+    return [expected_peak_sentence(force_texts, study.joint_text(joint, " in joint {}") + setting)]
 
 
 def _chaos_sentences(study: Study) -> list[str]:
@@ -397,11 +389,9 @@ def _extremes_by_speed_table(study: Study) -> Table:
     for value, cases in zip(speed.values, indices_by_value(speed_indices, len(speed.values)), strict=True):
         if len(cases):
             least_loaded, most_loaded = cases[forces[cases].argmin()], cases[forces[cases].argmax()]
-            extremes += (
-                [(value, "least", least_loaded), (value, "most", most_loaded)]
-                if least_loaded != most_loaded
-                else [(value, "only", most_loaded)]
-            )
+            is_only = least_loaded == most_loaded
+            extremes += [] if is_only else [(value, "least", least_loaded)]
+            extremes.append((value, "only" if is_only else "most", most_loaded))
     case_indices = [case_index for *_, case_index in extremes]
     cell_columns = [study.cases.index[case_indices], *(study.cases[axis.path][case_indices] for axis in others)]
     unknown = np.full(len(case_indices), np.nan)

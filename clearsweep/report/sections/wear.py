@@ -10,17 +10,7 @@ from ... import simulation
 from ...answers.ranking import clearance_hours_text
 from ...language import wording
 from ..axis import Axis
-from ..blocks.section import (
-    FLAT_SIZE,
-    Block,
-    Detail,
-    Gallery,
-    Note,
-    Picture,
-    Section,
-    Sentences,
-    section,
-)
+from ..blocks.section import FLAT_SIZE, Block, Detail, Gallery, Note, Picture, Section, Sentences, section
 from ..blocks.table import Table, case_table, columns_in_table
 from ..draw import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
 from ..draw.maps import draw_life

@@ -15,11 +15,7 @@ from .trajectory import compile_loop
 IMPACT_PAIR = {  # any case is suitable
     "mechanism": {"type": "impact-pair", "masses": ["1 kg", "1 kg"], "speed": "1 m/s"},
     "joints": {
-        "pair": {
-            "bearing_radius": "10 mm",
-            "clearance": "0.1 mm",
-            "contact": {"law": "hertz", "stiffness": 1e10},
-        }
+        "pair": {"bearing_radius": "10 mm", "clearance": "0.1 mm", "contact": {"law": "hertz", "stiffness": 1e10}}
     },
     "simulate": {"impacts": 1},
 }

@@ -253,13 +253,10 @@ OBSERVED = (
         differs=False,
         tables=shown("horizon (rev.)", certainty=7),
     ),
-    of_until(
-        "revolutions_run [1]: length of the run, `discard` included",
-        tables=shown("revolutions", certainty=1),
-    ),
+    of_until("revolutions_run [1]: length of the run, `discard` included", tables=shown("revolutions", certainty=1)),
     of_until(
         "window_from [1]: revolutions before the window of the figures: `discard`, or those before the motion was "
-        "found to be periodic",
+        "found to be periodic"
     ),
     of_until(
         "settled [1]: 1: the interval is narrow enough; 0: max_revolutions ended the run",
@@ -280,10 +277,7 @@ RESIDUAL = figure(
 WORK_COUNTS = (
     figure("steps [1]: accepted steps", value=lambda window, _: window.counts.steps, kind="int", differs=False),
     figure(
-        "steps_rejected [1]: rejected steps",
-        value=lambda window, _: window.counts.rejected,
-        kind="int",
-        differs=False,
+        "steps_rejected [1]: rejected steps", value=lambda window, _: window.counts.rejected, kind="int", differs=False
     ),
     figure(
         "rhs_evaluations [1]: evaluations of the equations of motion, including those that locate events",

@@ -270,7 +270,7 @@ VIBRATION = (
     ),
     of_vibration(
         "impact_power [W]: energy that the normal forces of all contacts dissipate, per second: what impacts turn "
-        "into noise and heat",
+        "into noise and heat"
     ),
     of_vibration("vibration_turns [1]: whole revolutions in a stretch of the window with a spectrum", differs=False),
     of_vibration("vibration_resolution [1/s]: distance of the lines of this spectrum (Hz)", differs=False),
@@ -287,10 +287,7 @@ VIBRATION = (
         for axis in "xy"
     ),
     of_place(
-        "zone []: zone of this velocity, A to D",
-        needs=("vibration", "moves", "zones"),
-        kind="text",
-        differs=False,
+        "zone []: zone of this velocity, A to D", needs=("vibration", "moves", "zones"), kind="text", differs=False
     ),
     of_place(
         "kurtosis [1]: fourth moment over the square of the variance of the acceleration of {place}, 3 for Gauss; of "
@@ -307,7 +304,7 @@ VIBRATION = (
     of_motion("band_energy [m^2/s^4]: mean square of the acceleration of {place} in the band"),
     of_motion(
         "envelope_order [m/s^2]: amplitude of the envelope of this acceleration in the band at {order} times the "
-        "crank speed",
+        "crank speed"
     ),
     *(
         of_motion(

@@ -158,8 +158,7 @@ LIFE = (
         tables=shown("life (rev.)", wear=1, sample=7) + shown("life", effects=3),
     ),
     of_life(
-        "life_hours [h]: hours until `life.limit` is reached; null: not reached",
-        tables=shown("life (hours)", wear=2),
+        "life_hours [h]: hours until `life.limit` is reached; null: not reached", tables=shown("life (hours)", wear=2)
     ),
     of_life(
         "life_low [1]: lower end of the 95 % interval of the life (numerics only), revolutions; without reaching the "
@@ -185,11 +184,7 @@ LIFE = (
         "reached",
         tables=shown("error of jumps", wear=72),
     ),
-    of_life(
-        "life_blocks [1]: blocks of revolutions of the life",
-        kind="int",
-        tables=shown("blocks", wear=73),
-    ),
+    of_life("life_blocks [1]: blocks of revolutions of the life", kind="int", tables=shown("blocks", wear=73)),
     of_life(
         "life_shape_error [1]: relative change of the life by smoothing the worn shapes and by bins twice as wide; 0 "
         "without `evolve`; null: not reached",

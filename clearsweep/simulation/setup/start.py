@@ -242,10 +242,7 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
         "slopes": (integration.Slopes.SIZE,),
         "bins": (contacts, totals.BIN_COLUMNS),
     }
-    integer_array_shapes = {
-        "mode": (contacts,),
-        "has_friction": (contacts,),
-    }
+    integer_array_shapes = {"mode": (contacts,), "has_friction": (contacts,)}
     numbers, arrays = np.zeros(sum(map(math.prod, initial_array_shapes.values()))), dict[str, np.ndarray]()
     ends = itertools.accumulate(map(math.prod, initial_array_shapes.values()))
     for (name, shape), end in zip(initial_array_shapes.items(), ends, strict=True):
