@@ -62,7 +62,7 @@ def test_scipy_stepped_from_event_to_event_follows_the_reference():
     problem = PROBLEMS["b_base"]
     verdict = problem.assess(stepwise.solve(problem, 1e-11))
     assert verdict.events_exact
-    assert verdict.first_half < 1e-6
+    assert verdict.error_first_half < 1e-6
 
 
 def row(method, error, time):
@@ -129,5 +129,5 @@ def test_two_workers_share_cases_of_every_length_requested():
 def test_a_solver_by_hand_has_the_events_of_quadruple_precision(name):
     errors = [PROBLEMS[name].assess(compiled.solve(PROBLEMS[name], tolerance)) for tolerance in (1e-8, 1e-11)]
     assert all(error.events_exact for error in errors)
-    assert errors[0].first_half < 1e-4
-    assert errors[1].first_half < 1e-2 * errors[0].first_half + 1e-9
+    assert errors[0].error_first_half < 1e-4
+    assert errors[1].error_first_half < 1e-2 * errors[0].error_first_half + 1e-9

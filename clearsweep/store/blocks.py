@@ -297,77 +297,66 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     block.directory(result_schema)
     with durable.open_lock(block.path / LOCK) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
-        return _finish(block, division, result_schema, (requested, facts, compute_peak_revolutions, report))
+        run = block.directory(result_schema)
+        for sentence in run.load_batches().values():
+            report(f"{block.path}: {sentence}; its cases run again")
+        rows = run.rows()
+        stored_count = len(rows)
+        if not np.array_equal(rows["id"], requested):
+            rows = rows[np.isin(rows["id"], requested, assume_unique=True)]
+        content_hash = content_hash_of(run, result_schema, rows)
+        existing = read_mark(block, division.fingerprint)
+        if existing and existing["mark"] == content_hash:
+            return existing
 
+        def add_and_mention(columns: dict[str, np.ndarray]) -> set[str]:
+            facts.add(columns)
+            return facts.case_ids()
 
-def _finish(
-    block: Block,
-    division: Division,
-    result_schema: ResultSchema,
-    content: tuple[np.ndarray, BlockFacts, ComputePeakRevolutions, Callable[[str], None]],
-) -> dict[str, Any]:
-    """Write the files of `finish_block` under the lock of the block."""
-    requested, facts, compute_peak_revolutions, report = content
-    run = block.directory(result_schema)
-    for sentence in run.load_batches().values():
-        report(f"{block.path}: {sentence}; its cases run again")
-    rows = run.rows()
-    stored_count = len(rows)
-    if not np.array_equal(rows["id"], requested):
-        rows = rows[np.isin(rows["id"], requested, assume_unique=True)]
-    content_hash = content_hash_of(run, result_schema, rows)
-    existing = read_mark(block, division.fingerprint)
-    if existing and existing["mark"] == content_hash:
-        return existing
-
-    def add_and_mention(columns: dict[str, np.ndarray]) -> set[str]:
-        facts.add(columns)
-        return facts.case_ids()
-
-    sampler = Sampler(division.sampled, add_and_mention)
-    peaks = worst_with_peaks(run, result_schema, rows, compute_peak_revolutions)
-    with durable.storing(block.path):
-        durable.discard(block.mark)
-        durable.make_folder(block.run / DATASET)
-        with contextlib.ExitStack() as exit_stack:
-            targets = {
-                name: exit_stack.enter_context(durable.atomic_file(path, run.scratch))
-                for name, path in block.files.items()
-            }
-            write_orbits(targets[ORBITS_FILE], run, result_schema, rows, content_hash, peaks)
-            write_summary(
-                targets[SUMMARY_FILE],
-                run,
-                result_schema,
-                rows,
-                content_hash,
-                lambda table, _: sampler.add(table, _columns(table)),
-            )
-            targets[IDS_FILE].write_bytes(np.ascontiguousarray(rows["id"]).astype("<u8").tobytes())
-            schema = pq.read_schema(targets[SUMMARY_FILE])
-            with pq.ParquetWriter(targets[SAMPLE_FILE], schema, write_page_checksum=True) as writer:
-                writer.write_table(sampler.table(schema))
-            for path in targets.values():
-                durable.sync(path)
-        durable.sync(block.path)
-        durable.sync(block.run / DATASET)
-    failed = int(np.count_nonzero(rows["failed"]))
-    return write_mark(
-        block,
-        {
-            "form": division.fingerprint,
-            "mark": content_hash,
-            "cases": len(requested),
-            "ok": len(rows) - failed,
-            "failed": failed,
-            "missing": len(requested) - len(rows),
-            "others": stored_count - len(rows),
-            "drawn": sampler.random_count,
-            "ranges": sampler.ranges,
-            "counts": facts.counts(),
-        },
-        run.scratch,
-    )
+        sampler = Sampler(division.sampled, add_and_mention)
+        peaks = worst_with_peaks(run, result_schema, rows, compute_peak_revolutions)
+        with durable.storing(block.path):
+            durable.discard(block.mark)
+            durable.make_folder(block.run / DATASET)
+            with contextlib.ExitStack() as exit_stack:
+                targets = {
+                    name: exit_stack.enter_context(durable.atomic_file(path, run.scratch))
+                    for name, path in block.files.items()
+                }
+                write_orbits(targets[ORBITS_FILE], run, result_schema, rows, content_hash, peaks)
+                write_summary(
+                    targets[SUMMARY_FILE],
+                    run,
+                    result_schema,
+                    rows,
+                    content_hash,
+                    lambda table, _: sampler.add(table, _columns(table)),
+                )
+                targets[IDS_FILE].write_bytes(np.ascontiguousarray(rows["id"]).astype("<u8").tobytes())
+                schema = pq.read_schema(targets[SUMMARY_FILE])
+                with pq.ParquetWriter(targets[SAMPLE_FILE], schema, write_page_checksum=True) as writer:
+                    writer.write_table(sampler.table(schema))
+                for path in targets.values():
+                    durable.sync(path)
+            durable.sync(block.path)
+            durable.sync(block.run / DATASET)
+        failed = int(np.count_nonzero(rows["failed"]))
+        return write_mark(
+            block,
+            {
+                "form": division.fingerprint,
+                "mark": content_hash,
+                "cases": len(requested),
+                "ok": len(rows) - failed,
+                "failed": failed,
+                "missing": len(requested) - len(rows),
+                "others": stored_count - len(rows),
+                "drawn": sampler.random_count,
+                "ranges": sampler.ranges,
+                "counts": facts.counts(),
+            },
+            run.scratch,
+        )
 
 
 def _columns(table: pa.Table) -> dict[str, np.ndarray]:

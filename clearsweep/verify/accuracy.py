@@ -43,12 +43,12 @@ EVENT_KINDS = {"on": ONSET, "off": SEPARATION}
 class Errors(NamedTuple):
     """Errors of a solution, None where undefined."""
 
-    first_half: float | None  # largest error of a sample in the first half of the run, over its scale
-    whole: float  # the same over the whole run; impact pair: largest error of a restitution
+    error_first_half: float | None  # largest error of a sample in the first half of the run, over its scale
+    error_whole: float  # the same over the whole run; impact pair: largest error of a restitution
     events: int  # contact onsets and separations found
     events_exact: bool  # correct number, joints and kinds in the correct order
-    peaks: float | None  # largest relative error of a force peak in the first half
-    first_peaks: float | None  # as peaks, of the first three force peaks
+    peak_error_first_half: float | None  # largest relative error of a force peak in the first half
+    peak_error_first_three: float | None  # the same of the first three force peaks
 
 
 class ReferenceTrajectory(NamedTuple):
@@ -377,19 +377,8 @@ def _result_row(method: Method, setting: float, errors: Errors, solution: Soluti
     figures = {  # JSON has no other numbers
         name: value if value is None or math.isfinite(value) else None for name, value in errors._asdict().items()
     }
-    return {
-        "method": method.name,
-        method.setting: setting,
-        "error_first_half": figures["first_half"],
-        "error_whole": figures["whole"],
-        "events": figures["events"],
-        "events_exact": figures["events_exact"],
-        "peak_error_first_half": figures["peaks"],
-        "peak_error_first_three": figures["first_peaks"],
-        "steps": solution.steps,
-        "steps_rejected": solution.rejected,
-        "rhs_evaluations": solution.evaluations,
-    }
+    costs = {"steps": solution.steps, "steps_rejected": solution.rejected, "rhs_evaluations": solution.evaluations}
+    return {"method": method.name, method.setting: setting} | figures | costs
 
 
 def _least_times(runs: list, repetitions: int, single_round_time: float) -> tuple[np.ndarray, list]:

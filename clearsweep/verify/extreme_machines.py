@@ -73,6 +73,11 @@ def _machine_joint(levels: Levels) -> Section:
     return joint | ({"friction": tanh_section(levels["friction"], 1e-2)} if levels["friction"] else {})
 
 
+def _pin(levels: Levels) -> Section:
+    """Return the joint with clearance of a pin."""
+    return _machine_joint(levels) | {"bearing_radius": 0.01}
+
+
 def _machine_grid(
     levels: Levels, mechanism: Section, joints: Section, loads: Section, drive: Section | None = None
 ) -> Section:
@@ -100,12 +105,7 @@ def _press_load(levels: Levels) -> Section:
 
 def _loaded_grid(levels: Levels) -> Section:
     """Return a slider-crank with a load on its slider."""
-    return _machine_grid(
-        levels,
-        _slider_crank(levels),
-        {"rod-slider": _machine_joint(levels) | {"bearing_radius": 0.01}},
-        _press_load(levels),
-    )
+    return _machine_grid(levels, _slider_crank(levels), {"rod-slider": _pin(levels)}, _press_load(levels))
 
 
 def _free_crank_grid(levels: Levels) -> Section:
@@ -114,8 +114,7 @@ def _free_crank_grid(levels: Levels) -> Section:
     motor = {"stall_torque": 2.0 * load_torque + 1.0, "no_load_speed": rate}
     flywheel = 2.0 * load_torque * 2.0 * math.pi / (0.25 * rate**2) + 1e-3 * levels["mass"]
     drive = {"motor": motor, "initial_speed": 0.5 * rate, "inertia": flywheel}
-    joints = {"rod-slider": _machine_joint(levels) | {"bearing_radius": 0.01}}
-    return _machine_grid(levels, _slider_crank(levels), joints, _press_load(levels), drive)
+    return _machine_grid(levels, _slider_crank(levels), {"rod-slider": _pin(levels)}, _press_load(levels), drive)
 
 
 def _four_bar_grid(levels: Levels) -> Section:
@@ -123,9 +122,7 @@ def _four_bar_grid(levels: Levels) -> Section:
     links = {"crank": _link("crank", levels), "coupler": _link("rod", levels), "rocker": _link("rocker", levels)}
     mechanism = {"type": "four-bar", "ground": {"length": 0.13}, **links}
     loads = {"brake": {"on": "rocker", "torque": -0.1 * levels["load"]}}
-    return _machine_grid(
-        levels, mechanism, {"coupler-rocker": _machine_joint(levels) | {"bearing_radius": 0.01}}, loads
-    )
+    return _machine_grid(levels, mechanism, {"coupler-rocker": _pin(levels)}, loads)
 
 
 def _guide_grid(levels: Levels) -> Section:
@@ -141,9 +138,7 @@ def _elastic_rod_grid(levels: Levels) -> Section:
     softness = levels["softness"] * (1.0 if levels["restitution"] < 0.8 else 0.5)
     damping = 0.1 if levels["restitution"] < 0.1 else 0.01
     mechanism["rod"]["elastic"] = {"axial_stiffness": 4e9 * 1e-4**softness, "segments": 4, "damping": damping}
-    return _machine_grid(
-        levels, mechanism, {"rod-slider": _machine_joint(levels) | {"bearing_radius": 0.01}}, _press_load(levels)
-    )
+    return _machine_grid(levels, mechanism, {"rod-slider": _pin(levels)}, _press_load(levels))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

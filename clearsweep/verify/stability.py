@@ -85,13 +85,10 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
     scene; `report_progress` is called with messages.
     """
     begin = time.perf_counter()
-    all_cases = (
-        *extremes.extreme_cases(),
-        *extreme_machines.machine_cases(),
-        *extreme_machines.film_cases(),
-        *extreme_machines.spatial_cases(),
-    )
-    selected = select_evenly(extremes.extreme_cases(), QUICK_CASES) if quick else all_cases
+    cases = extremes.extreme_cases()
+    machines = (extreme_machines.machine_cases, extreme_machines.film_cases, extreme_machines.spatial_cases)
+    all_cases = [*cases, *(case for machine_cases in machines for case in machine_cases())]
+    selected = select_evenly(cases, QUICK_CASES) if quick else all_cases
     if report_progress:
         report_progress(f"stability: {len(selected)} cases")
     pool = EXECUTORS["serial" if quick else "local"](cores(), None, no_preparation)

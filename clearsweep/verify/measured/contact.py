@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from ...contracts.results import Trajectory
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_reference, run, style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, planar_mechanism, read_reference, run, style_axes
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Measured oblique impacts of a ball on a wall: effect of the friction law on rebound and spin.
@@ -75,27 +75,16 @@ def oblique_grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
     mass, clearance = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY, WALL_RADIUS - RADIUS
     origin = [0.0, 0.0]
     speed = {"vx": SPEED * math.cos(incidence), "vy": SPEED * math.sin(incidence)}
-    ball = {
-        "mass": mass,
-        "inertia": 0.4 * mass * RADIUS**2,
-        "points": {"middle": origin},
-        "initial": {"x": clearance - INITIAL_GAP, **speed},
+    ball = {"mass": mass, "inertia": 0.4 * mass * RADIUS**2, "points": {"middle": origin}}
+    bodies = {
+        "ground": {"points": {"axle": origin, "wall": origin}},
+        "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},  # a planar machine needs a drive
+        "ball": ball | {"initial": {"x": clearance - INITIAL_GAP, **speed}},
     }
     return {
-        "mechanism": {
-            "type": "planar",
-            "bodies": {
-                "ground": {"points": {"axle": origin, "wall": origin}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},  # a planar machine needs a drive
-                "ball": ball,
-            },
-            "joints": {
-                "axle": {"type": "revolute", "between": ["ground.axle", "wheel.axle"]},
-                "wall": {"type": "revolute", "between": ["ground.wall", "ball.middle"]},
-            },
-            "driven": "axle",
-            "output": {"body": "wheel"},
-        },
+        "mechanism": planar_mechanism(
+            bodies, {"axle": "ground.axle wheel.axle", "wall": "ground.wall ball.middle"}, "wheel"
+        ),
         "drive": {"speed": 2.0 * math.pi / (FREE_FLIGHT_TIME / math.cos(incidence) ** 0.2 + INITIAL_GAP / speed["vx"])},
         "joints": {
             "wall": {
@@ -247,45 +236,29 @@ BAR_SPEEDS = (0.2, 1.0, 4.4)  # m/s
 
 def bar_grid(speed: float) -> dict:
     """Return the grid of a mass that strikes a bar; the bar is a nearly fixed crank."""
+    bodies = {
+        "ground": {"points": {"wall": [0.0, 0.0]}},
+        "bar": {
+            "mass": BAR_MASS,
+            "inertia": BAR_MASS * 0.12**2 / 12.0,
+            "center": [0.06, 0.0],
+            "points": {"fixed": [0.0, 0.0], "end": [0.12, 0.0]},
+            "elastic": {"between": ["fixed", "end"], "axial_stiffness": BAR_STIFFNESS, "segments": SEGMENTS},
+        },
+        "hammer": {
+            "mass": HAMMER_MASS,
+            "inertia": 1e-4,
+            "points": {"face": [0.0, 0.0]},
+            "initial": {"x": 0.12, "vx": -speed},
+        },
+    }
+    contact = {"law": "hertz", "stiffness": CONTACT_STIFFNESS, "exponent": 1.5}
+    revolutions = CRANK_SPEED * (BAR_CLEARANCE / speed + 2e-4) / (2.0 * math.pi)
     return {
-        "mechanism": {
-            "type": "planar",
-            "bodies": {
-                "ground": {"points": {"wall": [0.0, 0.0]}},
-                "bar": {
-                    "mass": BAR_MASS,
-                    "inertia": BAR_MASS * 0.12**2 / 12.0,
-                    "center": [0.06, 0.0],
-                    "points": {"fixed": [0.0, 0.0], "end": [0.12, 0.0]},
-                    "elastic": {"between": ["fixed", "end"], "axial_stiffness": BAR_STIFFNESS, "segments": SEGMENTS},
-                },
-                "hammer": {
-                    "mass": HAMMER_MASS,
-                    "inertia": 1e-4,
-                    "points": {"face": [0.0, 0.0]},
-                    "initial": {"x": 0.12, "vx": -speed},
-                },
-            },
-            "joints": {
-                "wall": {"type": "revolute", "between": ["ground.wall", "bar.fixed"]},
-                "face": {"type": "revolute", "between": ["bar.end", "hammer.face"]},
-            },
-            "driven": "wall",
-            "output": {"body": "bar"},
-        },
+        "mechanism": planar_mechanism(bodies, {"wall": "ground.wall bar.fixed", "face": "bar.end hammer.face"}, "bar"),
         "drive": {"speed": CRANK_SPEED},
-        "joints": {
-            "face": {
-                "clearance": BAR_CLEARANCE,
-                "bearing_radius": 0.01,
-                "contact": {"law": "hertz", "stiffness": CONTACT_STIFFNESS, "exponent": 1.5},
-            }
-        },
-        "simulate": {
-            "revolutions": CRANK_SPEED * (BAR_CLEARANCE / speed + 2e-4) / (2.0 * math.pi),
-            "discard": 0,
-            "tolerance": 1e-10,
-        },
+        "joints": {"face": {"clearance": BAR_CLEARANCE, "bearing_radius": 0.01, "contact": contact}},
+        "simulate": {"revolutions": revolutions, "discard": 0, "tolerance": 1e-10},
         "save": {"orbits": "none"},
     }
 

@@ -12,7 +12,17 @@ from ...mechanics.joints import registry
 from ...mechanics.joints.dry import Gap
 from ...mechanics.joints.lubricated import film_load
 from ...simulation.setup.scene import load_case
-from .points import LINE_STYLES, REFERENCE_STYLE, Benchmark, Reference, Row, read_reference, run, style_axes
+from .points import (
+    LINE_STYLES,
+    REFERENCE_STYLE,
+    Benchmark,
+    Reference,
+    Row,
+    planar_mechanism,
+    read_reference,
+    run,
+    style_axes,
+)
 
 # ----------------------------------------------------------------------------------------------------------------------
 # A bearing whose housing translates without rotation, around a shaft at constant speed: a film test rig.
@@ -23,24 +33,20 @@ def bearing_grid(
 ) -> dict[str, Any]:
     """Return the grid of a rig: joint, shaft speed (rad/s), downward load (N) and mass (kg) of the housing."""
     origin = [0.0, 0.0]
+    bodies = {
+        "ground": {"points": {"main": origin, "rail": origin}},
+        "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
+        "carriage": {"mass": 0.0, "inertia": 0.0, "points": {"pin": origin}},
+        "housing": {"mass": mass, "inertia": 0.0, "points": {"bore": origin}},
+    }
+    pins = {"main": "ground.main shaft.pin", "across": "ground.rail carriage.pin"}
+    pins |= {"along": "carriage.pin housing.bore", "film": "shaft.pin housing.bore"}
+    mechanism = planar_mechanism(bodies, pins, "shaft")
+    mechanism["joints"]["across"] |= {"type": "prismatic", "axis": 0.0}
+    mechanism["joints"]["along"] |= {"type": "prismatic", "axis": "90 deg"}
+    mechanism["joints"]["film"]["journal"] = "shaft"
     return {
-        "mechanism": {
-            "type": "planar",
-            "bodies": {
-                "ground": {"points": {"main": origin, "rail": origin}},
-                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
-                "carriage": {"mass": 0.0, "inertia": 0.0, "points": {"pin": origin}},
-                "housing": {"mass": mass, "inertia": 0.0, "points": {"bore": origin}},
-            },
-            "joints": {
-                "main": {"type": "revolute", "between": ["ground.main", "shaft.pin"]},
-                "across": {"type": "prismatic", "between": ["ground.rail", "carriage.pin"], "axis": 0.0},
-                "along": {"type": "prismatic", "between": ["carriage.pin", "housing.bore"], "axis": "90 deg"},
-                "film": {"type": "revolute", "between": ["shaft.pin", "housing.bore"], "journal": "shaft"},
-            },
-            "driven": "main",
-            "output": {"body": "shaft"},
-        },
+        "mechanism": mechanism,
         "drive": {"speed": speed},
         "loads": {"weight": {"on": "housing", "force": [0.0, -load]}},
         "joints": {"film": joint},

@@ -15,7 +15,7 @@ from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from ...sweeping.sweep import sweep
 from . import films
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_reference, run, style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, planar_mechanism, read_reference, run, style_axes
 
 CRANK_PIN = "Crank-pin rig"
 CRANK_PIN_TEXT = """\
@@ -162,22 +162,16 @@ def whirl_grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any
     offset = 1.0 - INITIAL_OFFSET * clearance / math.hypot(x, y)
     housing = {"mass": mass, "inertia": HOUSING_INERTIA, "points": {"bore": origin}}
     housing["initial"] = {"x": offset * x, "y": offset * y}
+    bodies = {
+        "ground": {"points": {"main": origin}},
+        "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
+        "housing": housing,
+    }
+    pins = {"main": "ground.main shaft.pin", "film": "shaft.pin housing.bore"}
+    mechanism = planar_mechanism(bodies, pins, "shaft", gravity=GRAVITY)
+    mechanism["joints"]["film"]["journal"] = "shaft"
     return {
-        "mechanism": {
-            "type": "planar",
-            "gravity": GRAVITY,
-            "bodies": {
-                "ground": {"points": {"main": origin}},
-                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
-                "housing": housing,
-            },
-            "joints": {
-                "main": {"type": "revolute", "between": ["ground.main", "shaft.pin"]},
-                "film": {"type": "revolute", "between": ["shaft.pin", "housing.bore"], "journal": "shaft"},
-            },
-            "driven": "main",
-            "output": {"body": "shaft"},
-        },
+        "mechanism": mechanism,
         "drive": {"speed": speed},
         "joints": {"film": film},
         "simulate": {"revolutions": REVOLUTIONS, "discard": REVOLUTIONS - EVALUATED_REVOLUTIONS, "tolerance": 1e-7},
@@ -288,7 +282,6 @@ def squeezer_grid(clearance: float = 0.0) -> dict[str, Any]:
     """Return the machine, with a clearance (m) in the pin between crank and link unless that is 0."""
     a, origin = [-0.06934, -0.00227], [0.0, 0.0]
     angles = {
-        "crank": START_ANGLES["crank"],
         "link": START_ANGLES["crank"] + START_ANGLES["theta"],
         "lever": START_ANGLES["b"],
         "upper": START_ANGLES["phi"] + START_ANGLES["delta"],
@@ -313,14 +306,7 @@ def squeezer_grid(clearance: float = 0.0) -> dict[str, Any]:
         bodies["weight"] = _body(1.0, 1.0, origin, middle=origin) | {"initial": {}}
     joint = {"clearance": clearance, "bearing_radius": 2e-3, "contact": CONTACT}
     return {
-        "mechanism": {
-            "type": "planar",
-            "bodies": bodies,
-            "joints": {name: {"type": "revolute", "between": pin.split()} for name, pin in pins.items()},
-            "driven": "p0",
-            "start": {name: angle for name, angle in angles.items() if name != "crank"},
-            "output": {"body": "lever"},
-        },
+        "mechanism": planar_mechanism(bodies, pins, "lever", start=angles),
         "drive": {"torque": 0.033, "initial_speed": 0.0, "start_angle": START_ANGLES["crank"]},
         "loads": {"spring": SPRING},
         "joints": {"p1": joint} if clearance else {"rest": joint | {"clearance": 1e-3}},
@@ -391,21 +377,17 @@ SPRING_LENGTH = 1e4  # m, length of the spring: its direction is nearly constant
 def stick_slip_grid(friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of a block that a spring pulls along a guide."""
     origin, clearance = [0.0, 0.0], 1e-3
+    bodies = {
+        "ground": {"points": {"axle": origin, "rail": origin}},
+        "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},
+        "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": origin}, "initial": {"y": -clearance}},
+    }
+    mechanism = planar_mechanism(
+        bodies, {"axle": "ground.axle wheel.axle", "guide": "ground.rail block.middle"}, "wheel"
+    )
+    mechanism["joints"]["guide"]["type"] = "prismatic"
     return {
-        "mechanism": {
-            "type": "planar",
-            "bodies": {
-                "ground": {"points": {"axle": origin, "rail": origin}},
-                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},
-                "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": origin}, "initial": {"y": -clearance}},
-            },
-            "joints": {
-                "axle": {"type": "revolute", "between": ["ground.axle", "wheel.axle"]},
-                "guide": {"type": "prismatic", "between": ["ground.rail", "block.middle"]},
-            },
-            "driven": "axle",
-            "output": {"body": "wheel"},
-        },
+        "mechanism": mechanism,
         "drive": {"speed": 2.0 * np.pi / END_TIME},
         "loads": {
             "weight": {"on": "block", "force": [0.0, -1.0]},

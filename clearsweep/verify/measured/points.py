@@ -87,6 +87,13 @@ class Reference(NamedTuple):
         return {point: value for point, name, _, value in self.points if name == quantity}
 
 
+def planar_mechanism(bodies: dict[str, Any], pins: Mapping[str, str], output: str, **more: Any) -> dict[str, Any]:
+    """Return a planar mechanism; pins : name -> the two points that it joins, the first pin is driven."""
+    joints = {name: {"type": "revolute", "between": points.split()} for name, points in pins.items()}
+    mechanism = {"type": "planar", "bodies": bodies, "joints": joints, "driven": next(iter(pins))}
+    return mechanism | {"output": {"body": output}, **more}
+
+
 def run(source: dict[str, Any], failure: str, times: np.ndarray | None = None) -> Trajectory:
     """Return the run of a grid, sampled at `times` (s).  Raise RuntimeError with the text `failure` if it fails."""
     trajectory = simulate(load_case(source), times=times)
