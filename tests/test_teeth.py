@@ -105,7 +105,7 @@ def test_a_varying_stiffness_needs_teeth_and_an_elastic_law():
 
 @pytest.mark.slow  # a form of its own
 def test_energy_balances_where_a_row_of_the_drive_ends_a_pair_of_teeth():
-    """At an angle of 0, where rows are, the coast flank changes its pair."""
+    """At an angle of 0 the coast flank changes its pair where a step has to end anyway."""
     tree, times = varying_gear(), np.arange(0.0, 0.42, 0.05)
     angles = [0.35 * math.sin(0.5 * math.pi * k) for k in range(len(times))]
     tree["drive"] = {"angle": {"table": {"time": times.tolist(), "angle": angles}}}

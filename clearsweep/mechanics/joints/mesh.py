@@ -37,7 +37,6 @@ from ..laws.contract import (
     MEETS,
     NEVER,
     PRESSED,
-    RELATIVE_CLOSENESS,
     guard_values,
     guards,
     guards_of_pieces,
@@ -161,8 +160,8 @@ guards.member(Teeth)(guards_of_pieces)
 def _guard_values_teeth(teeth, start, contact, root):
     if teeth.pair == NEVER:
         return NEVER, NEVER, 1.0
-    passed = contact.guard_quantity - teeth.pair  # a table of angles may end a step just where a pair ends
-    return passed - (1.0 + RELATIVE_CLOSENESS), -RELATIVE_CLOSENESS - passed, NEVER
+    passed = contact.guard_quantity - teeth.pair
+    return passed - 1.0, -passed, NEVER
 
 
 @latched.member(Teeth)

@@ -331,6 +331,8 @@ def find_limit(pointer, j):
 def find_stop(pointer, stop):
     """Return the fraction of the step at which the run reaches `stop`, which is not beyond its end."""
     work = pointer[0]
+    if work.y[work.independent] >= stop:  # another event was just there, within rounding
+        return 0.0
     set_from_interpolant(work.polynomials, work.y[work.independent] - stop, work.f, work.independent)
     return min(find_first_crossing(work.polynomials), 1.0)
 
