@@ -392,11 +392,7 @@ def _length(source: Source, cases: Cases, path: str, row: int) -> float | None:
 
 def _values_of(cases: Cases, row: int) -> dict[str, Any]:
     """Return the varied values of a case in the form of the answer."""
-    return {
-        path: named_value(cases.record, path, levels[codes[row]])
-        for path, (levels, codes) in cases.codes.items()
-        if codes[row] >= 0
-    }
+    return cases.values_at([*cases.codes], tuple(int(codes[row]) for _, codes in cases.codes.values()))
 
 
 def _settings(cases: Cases, case_ids: Sequence[str]) -> dict[str, dict[str, Any]]:

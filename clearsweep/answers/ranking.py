@@ -125,13 +125,8 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
             SPEED_AFTER_START: "lowest speed after the start",
         }
         names = tuple(name for name in label_by_name if name in column_names)
-        return CaseRanking(
-            "start-up",
-            "Slowest start-up",
-            tuple(label_by_name[name] for name in names),
-            _LARGEST_IS_WORST,
-            (Candidate("", names),),
-        )
+        labels = tuple(label_by_name[name] for name in names)
+        return CaseRanking("start-up", "Slowest start-up", labels, _LARGEST_IS_WORST, (Candidate("", names),))
     return _content_ranking(layout, [question for question, *_ in _CONTENT_FIGURES])
 
 
@@ -161,19 +156,11 @@ def _content_ranking(layout: Layout, questions: list[str]) -> CaseRanking:
     return CaseRanking("force", "", (), _LARGEST_IS_WORST, ())
 
 
-_CONTENT_FIGURES: tuple[tuple[str, str, bool, dict[str, str]], ...] = (
-    (
-        "film",
-        "Thinnest film",
-        _SMALLEST_IS_WORST,
-        {"film_thickness_min": "least film", "dry_load_share": "dry load share", "film_loss": "loss"},
-    ),
-    (
-        "force",
-        "Largest normal force",
-        _LARGEST_IS_WORST,
-        {"force_peak": "force peak", "force_peak_ratio": "load over ideal"},
-    ),
+_FILM_FIGURES = {"film_thickness_min": "least film", "dry_load_share": "dry load share", "film_loss": "loss"}
+_FORCE_FIGURES = {"force_peak": "force peak", "force_peak_ratio": "load over ideal"}
+_CONTENT_FIGURES = (
+    ("film", "Thinnest film", _SMALLEST_IS_WORST, _FILM_FIGURES),
+    ("force", "Largest normal force", _LARGEST_IS_WORST, _FORCE_FIGURES),
 )
 
 

@@ -131,28 +131,17 @@ class Outline(NamedTuple):
 #: Keys that set the size of friction directly: a couple in a pin, a force in a guide.
 SIZES = ("torque", "force")
 
+_NAMED = Outline(
+    bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
+    joints=(JointOutline(ANY, ANY, "", ""),),
+    vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
+    length=ANY,
+)
 #: An outline of a mechanism in space, for lists of keys.
-IN_SPACE = Outline(
-    bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
-    joints=(JointOutline(ANY, ANY, "", ""),),
-    spatial=True,
-    axial=frozenset((ANY,)),
-    vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
-    length=ANY,
-)
-
+IN_SPACE = _NAMED._replace(spatial=True, axial=frozenset((ANY,)))
+_BENDING = (BendingOutline(ANY, stretches=True, fatigue=True),)
 #: An outline with everything that a grid may define, for lists of keys.
-FULL_OUTLINE = Outline(
-    drive=ANY,
-    loads=(LoadOutline(ANY, ANY, ANY),),
-    bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
-    joints=(JointOutline(ANY, ANY, "", ""),),
-    bending=(BendingOutline(ANY, stretches=True, fatigue=True),),
-    mounts=(ANY,),
-    vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
-    length=ANY,
-)
-
+FULL_OUTLINE = _NAMED._replace(drive=ANY, loads=(LoadOutline(ANY, ANY, ANY),), bending=_BENDING, mounts=(ANY,))
 
 LARGEST = 1e60  # largest magnitude of a quantity in SI, its inverse the smallest: products of several stay finite
 

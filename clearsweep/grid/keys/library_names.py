@@ -185,7 +185,7 @@ class _NameReplacer:
         content = self._filled(path, content, entry, ("coefficient",), name, unchecked)
         hard_body = self._harder_body(path.rpartition(".")[0])
         if not entry.hard_body_wears and f"{hard_body}_coefficient" not in content:
-            zero = WrittenValue(0, name.origin, name.line, name.column, by_name=True)
+            zero = _by_name(name, 0)
             content[f"{hard_body}_coefficient"] = zero
             self.numbers.append(
                 LibraryNumber(f"{path}.{hard_body}_coefficient", entry.name, Value("m^2/N", 0.0, 0.0, 0.0))
@@ -246,10 +246,7 @@ class _NameReplacer:
         if missing and not entry.checked and not unchecked:
             self.problems.add(name, path, unchecked_text(entry))
         self.numbers += [LibraryNumber(f"{path}.{key}", entry.name, entry.values[key]) for key in missing]
-        location = name.origin, name.line, name.column
-        return content | {
-            key: WrittenValue(_written_text(entry.values[key]), *location, by_name=True) for key in missing
-        }
+        return content | {key: _by_name(name, _written_text(entry.values[key])) for key in missing}
 
 
 def replace_library_names(
