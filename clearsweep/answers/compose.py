@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts import catalogue
+from ..contracts.case import value_at
 from ..contracts.layout import Column, Layout
 from ..contracts.vibration import IDEAL, NO_SEVERITY, SEVERITIES, zone_of
 from ..language import wording
@@ -384,9 +385,7 @@ def _length(source: Source, cases: Cases, path: str, row: int) -> float | None:
     """Return a length (m) of a case that varies or is fixed; None if it is not a number."""
     if path in cases.codes:
         return float(cases.numbers(path)[row])
-    value: Any = source.record
-    for key in path.split("."):
-        value = value.get(key) if isinstance(value, Mapping) else None
+    value = value_at(source.record, path)
     return value if isinstance(value, float) else None
 
 

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..contracts.case import value_at
 from ..contracts.layout import JointLayout, Layout
 from ..language import wording
 from .verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, column_label, limits_and_figures_of
@@ -191,9 +192,7 @@ class FinishedCases(NamedTuple):
         """Return a number of the grid in each case (n,), whether it varies or not; None if it is not a number."""
         if path in self.varied_paths:
             return self.values_of(path).astype(float)
-        value: Any = self.record
-        for key in path.split("."):
-            value = value.get(key) if isinstance(value, Mapping) else None
+        value = value_at(self.record, path)
         return np.full(len(self), value) if isinstance(value, float) else None
 
 

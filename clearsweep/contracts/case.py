@@ -228,6 +228,16 @@ REFERENCE_TEMPERATURE = 293.15  # K, at which clearances are given
 POISSON_OF_BUSH = 0.3  # where the material of the bearing is unknown
 
 
+def value_at(tree: Mapping, path: str) -> Any:
+    """Return the value at a dotted path of a nested mapping, or None."""
+    value: Any = tree
+    for key in path.split("."):
+        if not isinstance(value, Mapping) or key not in value:
+            return None
+        value = value[key]
+    return value
+
+
 def column_name(joint: str) -> str:
     """Return the name of a joint ('rod-slider') in columns and channels: 'rod_slider'."""
     return joint.replace("-", "_")

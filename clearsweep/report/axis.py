@@ -1,7 +1,6 @@
 """Axes, cases and figures of a run for display: scales, units, texts, columns read on demand."""
 
 import bisect
-import math
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from types import MappingProxyType
@@ -97,11 +96,6 @@ class Axis(NamedTuple):
         return f"{self.name} [{self.scale.unit}]" if self.scale.unit and not is_named else self.name
 
 
-def is_missing(value: object) -> bool:
-    """Return whether a value of a table is missing: None or NaN."""
-    return value is None or (isinstance(value, float) and math.isnan(value))
-
-
 def index_on_axis(axis: Axis, values: np.ndarray) -> np.ndarray:
     """Return the index of each value on its axis (0, 1, ...), -1 if it is not on the axis."""
     if not axis.is_numeric:
@@ -177,16 +171,6 @@ def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
 
 
 # Values of nested mappings by dotted path, and the paths that a run searched.
-
-
-def value_at(tree: Mapping, path: str) -> Any:
-    """Return the value at a dotted path of a nested mapping, or None."""
-    value: Any = tree
-    for key in path.split("."):
-        if not isinstance(value, Mapping) or key not in value:
-            return None
-        value = value[key]
-    return value
 
 
 def leaves(tree: Mapping, prefix: str = "") -> list[tuple[str, object]]:

@@ -20,8 +20,9 @@ from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ..contracts.layout import DIFFERENCE
 from ..language import wording
 from ..language.errors import InputError
+from ..language.wording import is_missing
 from ..store import StoredRun
-from .axis import CACHED_VALUES, Axis, is_missing
+from .axis import CACHED_VALUES, Axis
 from .study import Joint, Study, comparable_values, indices_by_value, joint_of, resolve_cases
 
 # Main effects of swept values on a figure: medians over the values, share of the variation.

@@ -7,9 +7,10 @@ import numpy as np
 from .. import simulation
 from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN
 from ..contracts import case
+from ..contracts.case import value_at
 from ..language import wording
 from ..language.errors import InputError
-from .axis import PEAK, Axis, value_at
+from .axis import PEAK, Axis
 from .blocks.section import Part, Picture
 from .blocks.table import Column, Quantity, Table, columns_of, count_cell
 from .draw import comparison

@@ -27,26 +27,16 @@ from ..answers.ranking import (
 )
 from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN, Limit, limits_and_figures_of
 from ..answers.words import Words
-from ..contracts.case import Case
+from ..contracts.case import Case, value_at
 from ..contracts.case import Joint as CaseJoint
 from ..contracts.catalogue import Catalogue
 from ..contracts.layout import JointLayout
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
+from ..language.wording import is_missing
 from ..searches import base_laws
 from ..store import BlockedRun, SampledRun, StoredRun, answer_of
-from .axis import (
-    Axis,
-    LeadingFigure,
-    Rows,
-    axes_of,
-    dependent_values,
-    index_on_axis,
-    is_missing,
-    leading_figure,
-    tried_paths,
-    value_at,
-)
+from .axis import Axis, LeadingFigure, Rows, axes_of, dependent_values, index_on_axis, leading_figure, tried_paths
 
 # A run prepared for reading: its axes in units for people, its finished and failed cases, its joints.
 

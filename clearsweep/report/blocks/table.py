@@ -14,8 +14,9 @@ from ...answers import verdict
 from ...contracts.catalogue import figure, shown
 from ...contracts.layout import Column as LayoutColumn
 from ...language import wording
+from ...language.wording import is_missing
 from ...store import durable
-from ..axis import Axis, Rows, is_missing
+from ..axis import Axis, Rows
 from ..study import P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
 
 # A table of the report: its columns and rows in SI for the CSV file, and as text with units for the page.

@@ -6,11 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ... import simulation
+from ...contracts.case import value_at
 from ...contracts.results import TIMINGS
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun, grid_changes
-from ..axis import leaves, value_at
+from ..axis import leaves
 from ..blocks.section import Block, Facts, Gallery, Picture, Points, Section, capitalise, without_empty
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, columns_of
 from ..draw import GREY, comparison

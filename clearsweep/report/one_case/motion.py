@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ... import simulation
-from ...contracts.case import Case, column_name
+from ...contracts.case import Case, column_name, value_at
 from ...contracts.case import Joint as CaseJoint
 from ...contracts.catalogue import GROUND
 from ...contracts.layout import TIME, TORSIONAL, Column
@@ -18,7 +18,6 @@ from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
 from .. import effects
-from ..axis import value_at
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Picture, capitalise
 from ..draw.machine import (
     END_COLOURS,

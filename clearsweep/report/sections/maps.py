@@ -14,9 +14,10 @@ from ...answers import questions
 from ...answers.questions import FILM_LIMIT_FRACTION, FILM_LOSS, FILM_THICKNESS, film_criterion_text
 from ...answers.ranking import START_UP
 from ...answers.verdict import MARGIN_COLUMN, Limit
+from ...contracts.case import value_at
 from ...contracts.catalogue import CONDITION
 from ...language import wording
-from ..axis import Axis, value_at
+from ..axis import Axis
 from ..blocks.section import Gallery, Picture, Section, Spot, capitalise, section, without_empty
 from ..blocks.table import column_label
 from ..draw import comparison

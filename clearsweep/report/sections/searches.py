@@ -7,9 +7,11 @@ import numpy as np
 
 from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN, Limit
 from ...answers.words import case_margin_text
+from ...contracts.case import value_at
 from ...language import quantity, wording
+from ...language.wording import is_missing
 from ...searches import SENSES
-from ..axis import Axis, first_sought_path, is_missing, sought_paths, value_at
+from ..axis import Axis, first_sought_path, sought_paths
 from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, columns_of, count_cell
 from ..draw import BLUE, RED, set_plain_axes

@@ -10,7 +10,8 @@ import numpy as np
 from ... import grid
 from ...language import wording
 from ...language.errors import InputError
-from ..axis import PEAK, Axis, Rows, is_missing, leaves
+from ...language.wording import is_missing
+from ..axis import PEAK, Axis, Rows, leaves
 from ..blocks.section import Block, Columns, Facts, Gallery, Note, Picture, Section, Sentences, section, without_empty
 from ..blocks.table import Column, Quantity, Table, columns_of, count_cell
 from ..draw import BLUE, INK, set_log_scale, set_plain_axes
