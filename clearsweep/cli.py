@@ -284,9 +284,8 @@ def report(  # noqa: PLR0913 - one argument per option
     from . import store
 
     if len(directories) > 2 or (len(directories) == 2 and (all_cases or overlay)):
-        raise InputError(
-            "report: takes one run (with or without --all, --overlay), or two runs to compare; remove the others"
-        )
+        message = "report: takes one run (with or without --all, --overlay), or two runs to compare; remove the others"
+        raise InputError(message)
     directories = tuple(map(_run_directory, directories))
     if len(directories) == 2:
         with convert_write_errors(), shown_in(units):

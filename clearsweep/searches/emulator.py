@@ -198,11 +198,6 @@ class Posterior(NamedTuple):
     squares: np.ndarray  # (n,) squared distances from the measurement, in standard deviations that are not inflated
     volumes: np.ndarray  # (n,) logarithms
 
-    @property
-    def effective_size(self) -> float:
-        """Return the effective number of points."""
-        return float(1.0 / (self.weights**2).sum())
-
     def quantiles(self, column: int, probabilities: tuple[float, ...]) -> list[float]:
         """Return quantiles of an input."""
         order = np.argsort(self.points[:, column], kind="stable")
