@@ -212,11 +212,11 @@ def with_dependent_values(values_by_path: Mapping[str, KeyValue]) -> dict[str, K
 
 def nest(values_by_path: Mapping[str, Any], list_paths: Collection[str]) -> dict[str, Any]:
     """Return nested dicts from dotted paths; sections at `list_paths` become lists, as in a grid file."""
-    return _convert_lists(_nest(values_by_path), list_paths)
+    return _convert_lists(put_values({}, values_by_path), list_paths)
 
 
-def _nest(values_by_path: Mapping[str, Any]) -> dict[str, Any]:
-    tree: dict[str, Any] = {}
+def put_values(tree: dict[str, Any], values_by_path: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a tree, changed in place, with values at dotted paths."""
     for path, value in values_by_path.items():
         *parents, key = path.split(".")
         section = tree
@@ -309,7 +309,7 @@ class CaseTemplate:
         self.dependents = tuple(
             dependent for dependent in (*own_values, *default_values) if dependent.path in self.values
         )
-        self._tree = _make_shared(_nest(self.values))
+        self._tree = _make_shared(put_values({}, self.values))
         used_list_paths = [
             list_path for list_path in list_paths if any(path.startswith(f"{list_path}.") for path in self.values)
         ]

@@ -18,6 +18,7 @@ import numpy as np
 from .. import grid
 from ..contracts.case import column_name
 from ..contracts.results import Trajectory
+from ..grid.cases import put_values
 from ..language.errors import InputError
 from ..simulation.analyses.trajectory import simulate
 from ..simulation.running.observed_run import HORIZON_SIZE
@@ -61,14 +62,7 @@ def scene_of(tree: Tree) -> scene.Scene:
 
 def with_values(tree: Tree, values: Mapping[str, Any]) -> Tree:
     """Return a copy with some values, by dotted path."""
-    changed: Tree = copy.deepcopy(tree)
-    for path, value in values.items():
-        *parents, key = path.split(".")
-        section = changed
-        for parent in parents:
-            section = section.setdefault(parent, {})
-        section[key] = value
-    return changed
+    return put_values(copy.deepcopy(tree), values)
 
 
 def without(tree: Tree, path: str) -> Tree:
