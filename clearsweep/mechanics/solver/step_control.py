@@ -199,7 +199,7 @@ MAX_REJECTIONS = 60  # rejections in a row, after which a shorter step would not
 #: Rejections in a row from which the length is far off, such as that of the first step next to a slow shaft: its error
 #: says nothing about the right length.
 FAR_OFF = 40.0
-# Growth of the second step after other events: at the onset of a contact the motion bends less than later
+# Growth of the second step after an event: at the onset of a contact the motion bends less than later
 GROWTH_AFTER_EVENT = 0.8
 # Of the length last right on a piece of a law: fewer first steps fail, at as many evaluations and with less error
 FIRST_SHARE = 0.8
@@ -248,22 +248,20 @@ def growth_factor(error, expected):
 
 @kernel
 def first_length(pointer, pattern):
-    """Return the length of a first step, that known on these pieces, or with these contacts, or a guess; and a growth.
+    """Return the length of a first step: the previous one on these pieces, or with these contacts, else a guess.
 
-    A contact lasts longer along tau the slower it begins: about as one over the root of that rate.  The growth is the
-    most from this step to the next: on a piece of a law, to the known length.
+    A contact lasts longer along tau the slower it begins: about as one over the root of that rate.
     """
     work, usual = pointer[0], contact_set(pointer)
     is_of_piece = work.proposals[pattern] > 0.0 and work.proposals[pattern] != work.proposals[usual]
     known, share = (pattern, FIRST_SHARE) if is_of_piece else (usual, 1.0)
-    growth = 1.0 / FIRST_SHARE if is_of_piece else GROWTH_AFTER_EVENT
     if work.proposals[known] > 0.0:
-        return share * work.proposals[known] * math.sqrt(work.onset_rates[known] / onset_rate_of(pointer)), growth
+        return share * work.proposals[known] * math.sqrt(work.onset_rates[known] / onset_rate_of(pointer))
     length = 0.01 / work.reference_rate
     for j in range(work.mode.size):
         if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
             length = min(length, 0.2 * work.sigma * math.sqrt(work.clearance[j]) / work.latched[j])
-    return length, growth
+    return length
 
 
 @kernel
@@ -349,7 +347,8 @@ def set_next_length(pointer, cause):
     """
     work, stepper = pointer[0], pointer[0].stepper
     if cause == BEGINNING:  # the error is unknown
-        length, stepper.growth = first_length(pointer, contact_pattern(pointer))
+        length = first_length(pointer, contact_pattern(pointer))
+        stepper.growth = GROWTH_AFTER_EVENT
         stepper.expected_error = 0.0
     elif cause == REJECTION:
         factor = shrink_factor(work.step.error) if stepper.rejections < FAR_OFF else MIN_SHRINK

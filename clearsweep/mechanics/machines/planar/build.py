@@ -31,7 +31,7 @@ from ..contract import Built, IdealMotion, Open, accelerate, pose_at
 from ..contract import Ideal as Closed
 from ..programs import kinds_of, shared_by
 from . import equations  # noqa: F401 - registers the equations of motion
-from . import form as forms
+from . import form as planar_form
 from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, extent
 from .drives import Steady, compile_drive, drive_motion
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
@@ -189,7 +189,9 @@ NEAR_SINGULAR = 1e-7  # least singular value over the largest: a change point, w
 EXAMINED_ANGLES = 36  # crank angles that are examined
 
 
-def choose_dependent(value: forms.Planar, machine: MachineType, profiles: list, is_closed: np.ndarray) -> list[int]:
+def choose_dependent(
+    value: planar_form.Planar, machine: MachineType, profiles: list, is_closed: np.ndarray
+) -> list[int]:
     """Return the indices of the coordinates that, taken as dependent, keep the loops furthest from singular.
 
     value : a machine without dependent coordinates; profiles : (values, slopes, ...) of each coordinate at
@@ -250,7 +252,7 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
     proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
     """
-    if problem := forms.problem_of_links(machine):
+    if problem := planar_form.problem_of_links(machine):
         raise MobilityError(": ".join(problem))
     machine = with_segments(machine)
     ideal_machine, names = ideal_of(machine), frozenset(joints)
@@ -301,7 +303,7 @@ def ideal_reactions(machine: Machine, at: np.ndarray, *, over_time: bool = False
     return ideal_machine.reactions(at, lambda: ideal_form(ideal_machine), over_time=over_time)
 
 
-def ideal_form(ideal_machine: IdealMachine) -> forms.Planar:
+def ideal_form(ideal_machine: IdealMachine) -> planar_form.Planar:
     """Return the compiled form of a machine without clearance."""
     return _compiled_form(rigid(ideal_machine.machine), frozenset())
 
@@ -309,7 +311,7 @@ def ideal_form(ideal_machine: IdealMachine) -> forms.Planar:
 class _Compiled(NamedTuple):
     """A compiled machine with some of its joints open, for any clearances and laws: cases of a sweep share it."""
 
-    form: forms.Planar
+    form: planar_form.Planar
     state: list[Coordinate]
     lengths: np.ndarray  # m, as in Built
     start: np.ndarray  # as in Built, with zero offsets
@@ -327,7 +329,7 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
 
 
-def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> forms.Planar:
+def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> planar_form.Planar:
     """Return the compiled form of a machine with open joints of these names."""
     ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
     structure = machine_type(form)
@@ -335,25 +337,25 @@ def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> forms.Plana
         ideal_machine.coordinate_over_revolution(coordinate) for coordinate in structure.spanning_tree.coordinates
     ]
     output = ideal_machine.output_over_revolution()
-    form = form._replace(cycle=forms.make_cycle([output], machine.drive.start_angle))
+    form = form._replace(cycle=planar_form.make_cycle([output], machine.drive.start_angle))
     dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
-    columns, kind = [output, *(coordinates[i] for i in dependent)], forms.Cycle
+    columns, kind = [output, *(coordinates[i] for i in dependent)], planar_form.Cycle
     if ideal_machine.change_points and dependent:
         slopes = [coordinates[i][1:] for i in dependent]
         columns += [(*slope, np.gradient(slope[1], ideal_machine.revolution.angles, edge_order=2)) for slope in slopes]
-        kind = forms.BranchingCycle
-    cycle = forms.make_cycle([*columns], machine.drive.start_angle, kind)
-    return form._replace(dependent=tuple(map(forms.as_empty_tuples, dependent)), cycle=cycle)
+        kind = planar_form.BranchingCycle
+    cycle = planar_form.make_cycle([*columns], machine.drive.start_angle, kind)
+    return form._replace(dependent=tuple(map(planar_form.as_empty_tuples, dependent)), cycle=cycle)
 
 
 @shared_by(lambda ideal_machine, form, _: (geometry_of(ideal_machine.full_machine), kinds_of(form)))
-def _dependent_indices(ideal_machine: IdealMachine, form: forms.Planar, coordinates: list) -> tuple[int, ...]:
+def _dependent_indices(ideal_machine: IdealMachine, form: planar_form.Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     is_closed = ideal_machine.stations.is_closed
     return tuple(choose_dependent(form, machine_type(form), coordinates, is_closed))
 
 
-def _has_finite_accelerations(form: forms.Planar, start: np.ndarray) -> bool:
+def _has_finite_accelerations(form: planar_form.Planar, start: np.ndarray) -> bool:
     """Return whether all accelerations at the initial state are finite."""
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
@@ -364,7 +366,7 @@ def _has_finite_accelerations(form: forms.Planar, start: np.ndarray) -> bool:
     return bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
 
 
-def _check_spring_directions(machine: Machine, form: forms.Planar, start: np.ndarray) -> None:
+def _check_spring_directions(machine: Machine, form: planar_form.Planar, start: np.ndarray) -> None:
     """Raise MobilityError if a spring with a free length has no direction at the start: its ends coincide."""
     without_free_lengths = tuple(
         load._replace(free_length=0.0) if isinstance(load, SpringLoad) else load for load in form.loads
@@ -378,7 +380,7 @@ def _check_spring_directions(machine: Machine, form: forms.Planar, start: np.nda
     )
 
 
-def _massless_bodies(machine: Machine, form: forms.Planar, start: np.ndarray) -> list[str]:
+def _massless_bodies(machine: Machine, form: planar_form.Planar, start: np.ndarray) -> list[str]:
     """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
     if _has_finite_accelerations(form, start):
         return []
@@ -430,9 +432,9 @@ def discontinuity_times(machine: Machine) -> list[float]:
     return sorted(time for time in times if time > 0.0)
 
 
-def _independent_form(machine: Machine, open_joints: frozenset[str]) -> forms.Planar:
+def _independent_form(machine: Machine, open_joints: frozenset[str]) -> planar_form.Planar:
     """Return the compiled form with open joints of these names, without dependent coordinates."""
-    numbers = {name: forms.as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
+    numbers = {name: planar_form.as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
     compiled_joints, names = [], [joint.name for joint in machine.joints]
     for joint in machine.joints:
         site: tuple = Open() if joint.name in open_joints else Closed()
@@ -441,22 +443,22 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> forms.Pl
         if isinstance(joint, Stops):
             compiled_joints.append(_compile_stops(joint, site, bodies, points, names))
         elif isinstance(joint, Mesh):
-            pins = tuple(forms.as_empty_tuples(names.index(pin)) for pin in joint.pins)
-            axis = forms.compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
-            eccentric = tuple(itertools.starmap(forms.compile_point, joint.eccentricities))
+            pins = tuple(planar_form.as_empty_tuples(names.index(pin)) for pin in joint.pins)
+            axis = planar_form.compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
+            eccentric = tuple(itertools.starmap(planar_form.compile_point, joint.eccentricities))
             sizes = joint.ratio, joint.arm, joint.across, joint.apart, joint.rest
             compiled_joints.append(
-                forms.Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, eccentric, *sizes)
+                planar_form.Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, eccentric, *sizes)
             )
         elif isinstance(joint, (Guide, Stretch, Slot)):
             is_spring = isinstance(joint, Stretch)
-            site = forms.ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
-            axis = forms.compile_direction(math.cos(joint.axis), math.sin(joint.axis))
-            compiled_joints.append(forms.Slide(site, *bodies, *points, axis))
+            site = planar_form.ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
+            axis = planar_form.compile_direction(math.cos(joint.axis), math.sin(joint.axis))
+            compiled_joints.append(planar_form.Slide(site, *bodies, *points, axis))
         else:
-            compiled_joints.append(forms.Hinge(site, *bodies, *points))
+            compiled_joints.append(planar_form.Hinge(site, *bodies, *points))
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
-    return forms.Planar(
+    return planar_form.Planar(
         bodies=tuple(masses_of(machine)),
         joints=tuple(compiled_joints),
         dependent=(),
@@ -466,7 +468,7 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> forms.Pl
         loads=compile_loads(
             machine.loads,
             lambda endpoint: (numbers[endpoint.body], _compile_point(machine, endpoint)),
-            lambda name: forms.as_empty_tuples(names.index(name)),
+            lambda name: planar_form.as_empty_tuples(names.index(name)),
         ),
         aim=_compile_aim(machine, machine.aim, numbers),
         cycle=(),
@@ -475,11 +477,11 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> forms.Pl
 
 def _compile_stops(
     stops: Stops, site: tuple, bodies: tuple, points: tuple, names: list[str]
-) -> forms.Gear | forms.Travel:
+) -> planar_form.Gear | planar_form.Travel:
     """Return the stops of a guide, or those of a pin as a gear: the angle of the distal body minus the other one."""
     if stops.guide:
-        return forms.Travel(site, *bodies, *points, forms.as_empty_tuples(names.index(stops.guide)))
-    return forms.Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
+        return planar_form.Travel(site, *bodies, *points, planar_form.as_empty_tuples(names.index(stops.guide)))
+    return planar_form.Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def _moving_names(machine: Machine) -> list[str]:
@@ -491,16 +493,16 @@ def _compile_point(machine: Machine, endpoint: BodyPoint) -> tuple:
     center = (0.0, 0.0) if endpoint.body == GROUND else body.center
     place, elastic = body.points[endpoint.point], body.elastic
     if elastic and elastic.bending:
-        return forms.compile_bent_point(body, elastic, elastic.bending, place)
+        return planar_form.compile_bent_point(body, elastic, elastic.bending, place)
     x, y = np.subtract(place, center)
-    return forms.compile_point(float(x), float(y))
+    return planar_form.compile_point(float(x), float(y))
 
 
 def _compile_aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
     if not aim.point:
-        return forms.AngleAim(numbers[aim.body])
-    direction = forms.compile_direction(math.cos(aim.direction), math.sin(aim.direction))
-    return forms.PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
+        return planar_form.AngleAim(numbers[aim.body])
+    direction = planar_form.compile_direction(math.cos(aim.direction), math.sin(aim.direction))
+    return planar_form.PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
 
 
 def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
