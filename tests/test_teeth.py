@@ -95,9 +95,9 @@ def test_a_stiffness_whose_cubic_falls_below_zero_is_refused():
 
 def test_a_varying_stiffness_needs_teeth_and_an_elastic_law():
     tree = varying_gear()
-    refused(changed(tree, "mechanism.joints.mesh.teeth", None), "joints.mesh.mesh_stiffness", "joints.mesh.teeth")
+    refused(changed(tree, {"mechanism.joints.mesh.teeth": None}), "joints.mesh.mesh_stiffness", "joints.mesh.teeth")
     plastic = {"law": "lankarani-nikravesh-plastic", "stiffness": 1e8, "restitution": 0.5, "yield_rate": 0.1}
-    refused(changed(tree, "joints.mesh.contact", plastic), "joints.mesh.mesh_stiffness", "not used by law")
+    refused(changed(tree, {"joints.mesh.contact": plastic}), "joints.mesh.mesh_stiffness", "not used by law")
     tree = coupling()
     tree["joints"]["mesh"]["mesh_stiffness"] = ROWS
     refused(tree, "joints.mesh.mesh_stiffness")
