@@ -11,7 +11,7 @@ from law_cases import RECIPES, names
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
 from clearsweep.mechanics.joints import lubricated, registry
 from clearsweep.mechanics.joints.dry import Gap
-from clearsweep.mechanics.laws.film import FilmMotion
+from clearsweep.mechanics.laws.film import FilmMotion, film_couples
 
 LAWS, SHEARS = names("film"), names("film-friction")
 BALANCED = [name for name in SHEARS if name != "none"]
@@ -93,7 +93,7 @@ def test_sommerfelds_couple_beside_his_full_film_is_the_published_one():
         under = (2.0 + ratio**2) * math.sqrt(1.0 - ratio**2)
         moment = 12.0 * size * angle_rate * ratio**2 / under  # e F_t of the full film
         motion = FilmMotion(ratio, 0.0, angle_rate)
-        journal, bearing = lubricated.film_couples(shear, motion, angle_rate, moment)
+        journal, bearing = film_couples(shear, motion, angle_rate, moment)
         assert journal == pytest.approx(-4.0 * size * angle_rate * (1.0 + 2.0 * ratio**2) / under, rel=1e-12)
         assert bearing == pytest.approx(4.0 * size * angle_rate * (1.0 - ratio**2) / under, rel=1e-12)
 
