@@ -197,7 +197,7 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
         return loads
     grips = flatten_once(grips_of_joints)
     limit_signs = [limit_sign(grip, mode) for grip in grips]
-    limits = [_limit(grip, mode) for grip in grips]
+    limits, slips = [_limit(grip, mode) for grip in grips], [grip.slip for grip in grips]
     forces = tuple([_force(grip, sign) for grip, sign in zip(grips, limit_signs, strict=True)])
     loads = _with_grip_forces(grips_of_joints, loads, forces, forces)
     rates = slip_rates(scene, y, pose, grips_of_joints, loads)
@@ -208,7 +208,7 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
         for j in range(len(limits)):
             if (limits[j] == 0.0) | (limit_signs[j] != 0.0):
                 continue
-            force_change = (-scene.reference_rate * grips[j].slip - rates[j]) / gains[j][j]
+            force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
             largest_change = max(largest_change, abs(force_change / limits[j]))
             rates = tuple([rate + gain * force_change for rate, gain in zip(rates, gains[j], strict=True)])
             forces = replaced(forces, j, forces[j] + force_change)
@@ -217,7 +217,7 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
     stopping_forces = forces
     for j in range(len(limits)):
         if limits[j] != 0.0:
-            stopping_change = (-scene.reference_rate * grips[j].slip - rates[j]) / gains[j][j]
+            stopping_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
             stopping_forces = replaced(stopping_forces, j, forces[j] + stopping_change)
     return _with_grip_forces(grips_of_joints, loads, forces, stopping_forces)
 
