@@ -1,5 +1,6 @@
 """Bodies that a tracer could compile to other results than Python's: they give these, or are refused with a place."""
 
+import ast
 import importlib
 import math
 import sys
@@ -8,12 +9,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from clearsweep.tracing import activation
 from clearsweep.tracing.objects import machine_code
 from clearsweep.tracing.symbols import NotTraceableError
 
 WRITTEN, K, TABLE = {}, 2.0, np.array([10.0, 20.0, 30.0])
 SMALL, TRUTHS = np.array([0.1], dtype=np.float32), np.array([True, False])
 TWO_ON_A_LINE = (lambda a, b: a * 10.0, lambda a, b: b + 1.0)
+CONSTANTS = (lambda a, b: 4.0, lambda a, b: 5.0, lambda a, b: a * TABLE[0])
 
 
 class Pair(NamedTuple):
@@ -310,6 +313,14 @@ def test_the_callers_of_a_refused_statement_are_named():
     first, second = str(caught.value).splitlines()
     assert "rounded cannot be traced: it calls round" in first
     assert second.endswith("called by calls_it: return rounded(a, b) + 1.0")
+
+
+@pytest.mark.parametrize("table", [None, b""], ids=["with positions", "without positions"])
+def test_lambdas_of_one_line_are_told_apart_by_what_they_return(table):
+    """Python 3.12 keeps no position of a constant that is returned, and no_debug_ranges none at all."""
+    for body, expected in zip(CONSTANTS, ("4.0", "5.0", "a * TABLE[0]"), strict=True):
+        code = body.__code__ if table is None else body.__code__.replace(co_linetable=table)
+        assert ast.unparse(activation.syntax_tree(code).body) == expected
 
 
 @pytest.fixture
