@@ -35,6 +35,7 @@ class Control(NamedTuple):
     pause_steps: int = 1 << 16  # steps after which to return PAUSED, so that the caller can check the time used
     time_limit: float = math.inf  # s of motion of a free crank, after which to return TIME_LIMIT
     patience: float = math.inf  # s, within which a free crank has to advance; inf: the crank is not free
+    early: float = 0.0  # s, by which a step ends before a stop, where the acceleration of the crank jumps
 
 
 class ControlNumbers(Fields, like=Control):

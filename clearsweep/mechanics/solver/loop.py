@@ -148,6 +148,12 @@ def next_stop(pointer, position):
 
 
 @kernel
+def aim_of(pointer):
+    """Return where a step to the next stop has to end: before a jump of an acceleration, which its last stage may not see."""
+    return pointer[0].stepper.next_stop - pointer[0].control.early
+
+
+@kernel
 def status_before_step(pointer):
     """Return GOING if a case may take its next step, else the status with which the loop returns."""
     work = pointer[0]
@@ -269,7 +275,9 @@ def cut_at_event(pointer, h, event):
     if repeat_up_to(pointer, h, fraction):
         return reject_step(pointer)
     evaluations_before = work.counts.evaluations
-    step_to_event(pointer, (kind, contact, work.stepper.next_stop))
+    step_to_event(pointer, (kind, contact, aim_of(pointer)))
+    if kind == STOP:
+        work.end[work.independent] = work.stepper.next_stop
     work.counts.locating += work.counts.evaluations - evaluations_before
     choose_method(pointer, work.step.length, contact_pattern(pointer))
     accept_step(pointer)
@@ -294,7 +302,7 @@ def take_or_reject_step(pointer):
         return reject_step(pointer)
     pattern = contact_pattern(pointer)
     remember_length(pointer, pattern)
-    fraction, kind, contact = find_first_event(pointer, h, stepper.next_stop)
+    fraction, kind, contact = find_first_event(pointer, h, aim_of(pointer))
     if kind != NOTHING:
         return cut_at_event(pointer, h, (fraction, kind, contact))
     accept_step(pointer)

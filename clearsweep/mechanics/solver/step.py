@@ -309,8 +309,6 @@ def step_to_event(pointer, event):
     if abs(distance) <= NEXT_TO_EVENT * work.step.length:  # one Newton step, unless the event is nearly tangential
         for i in range(work.end.size):
             work.end[i] -= work.k[i, END] * distance
-    if event[0] == STOP:
-        work.end[work.independent] = event[2]
 
 
 @kernel

@@ -305,6 +305,7 @@ class Memory:
             block.fill(0)
 
 
+TIME_ROUNDING = 2e-15  # of the largest time: sums that should end at a row of a speed table miss it by less
 MAX_STEP_TURNS = 0.02  # crank turns per step at most: keeps maxima and histograms of slow motions accurate
 NO_TIMES = np.empty(0)  # to report
 UNLIMITED = 2**62  # largest count of steps or events
@@ -371,11 +372,12 @@ def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
 
 def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Control:
     """Return the control of an integration up to `end` (s, or rad for a free crank)."""
-    settings = scene.case.simulate
+    settings, drive = scene.case.simulate, scene.case.drive
     has_crank, free = scene.mechanism.turns, scene.crank_clock.free
     window_start = scene.crank_clock.value_after(settings.discard) if has_crank else 0.0
     turns = max(settings.revolutions, settings.turns(scene.value.reference_rate), 1.0)
     budget_units = turns if has_crank else settings.impacts
+    rows = drive.table["time"] if drive and drive.table and "speed" in drive.table else (0.0,)
     return integration.Control(
         window=window_start,
         end=end,
@@ -386,4 +388,5 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Co
         keep_events=keep_events,
         time_limit=settings.time_limit if free else math.inf,
         patience=STALL_TURNS * period(scene) if free else math.inf,
+        early=TIME_ROUNDING * rows[-1],
     )
