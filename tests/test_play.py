@@ -130,6 +130,20 @@ def test_an_uneven_drive_from_a_table_gives_the_same_impacts():
     assert result.summary["energy_residual"] < 1e-11
 
 
+def test_energy_balances_where_the_acceleration_of_a_drive_jumps_in_the_play():
+    """At a row of a speed table the first wheel, of 1e-3 kg m^2, needs another torque."""
+    times = np.arange(31) * 1e-3
+    speeds = SPEED + 5.0 * (np.arange(31) % 2)
+    tree = coupling()
+    tree["drive"] = {"speed": {"table": {"time": times.tolist(), "speed": speeds.tolist()}}}
+    tree["joints"]["mesh"] |= {"drag": 0.0, "play": 5e-3}
+    tree["loads"] = {"load": {"on": "wheel", "torque": -INPUT["load_torque_N_m"]}}
+    tree["simulate"] = {"time": 0.03, "discard": 0.0, "tolerance": 1e-11}
+    result = clearsweep.simulate(clearsweep.load_case(tree), [])
+    assert 0.1 < result.summary["mesh_free_share"] < 0.9
+    assert result.summary["energy_residual"] < 1e-11
+
+
 def test_figures_of_play_follow_from_the_closed_solution():
     figures = clearsweep.simulate(shaken(gear(), -1.0), []).summary
     half_play, times = INPUT["half_play_rad"], TRUTH["times_s"]

@@ -57,6 +57,7 @@ def test_every_usual_separator_and_decimal_sign_gives_the_same_cases(table, cont
 @pytest.mark.parametrize(
     ("content", "message"),
     [
+        (f"{SPEED} [rpm];{GAP} [um]\n1.500;50\n", "'1.500' may be a fraction or thousands; write 1.5000 or 1500"),
         (f"{SPEED} [rpm];{GAP} [um]\n1,500;50\n", "'1,500' may be a fraction or thousands; write a decimal point"),
         (ROWS.replace("0,1", "0.1"), "row 2 has the decimal comma of '0,05', row 3 a decimal point"),
         (

@@ -93,6 +93,15 @@ _EXAMPLES = {
     "Pa*s": "0.1 Pa*s or 0.1",
     "m^2/s": "46 mm^2/s or 4.6e-5",
     "kg/m^3": "870 kg/m^3 or 870",
+    "1/K": "12e-6 1/K or 1.2e-5",
+    "1/m": "1e5 1/m or 1e5",
+    "W/K": "2 W/K or 2",
+    "W/m^2": "1 W/mm^2 or 1e6",
+    "s/m": "0.3 s/m or 0.3",
+    "m^4": "341 mm^4 or 3.41e-10",
+    "N*m/rad": "20 kN*m/rad or 20000",
+    "N*m*s/rad": "0.02 N*m*s/rad or 0.02",
+    "N*m/(rad*s)": "500 N*m/(rad*s) or 500",
     "m^2/N": "2e-14 m^2/N or 2e-5 mm^3/(N*m)",
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")

@@ -249,6 +249,25 @@ class _NameReplacer:
         return content | {key: _by_name(name, _written_text(entry.values[key])) for key in missing}
 
 
+def pair_warnings(numbers: Iterable[LibraryNumber]) -> list[str]:
+    """Return a warning for every joint whose wear pair is of other materials than its bodies."""
+    names = {number.path: number.name for number in numbers}
+    warnings = []
+    for path, pair in names.items():
+        joint, _, key = path.rpartition(".wear.")
+        material = f"{joint}.contact.material"
+        of_bodies = []
+        for body in BODIES:
+            keys = [f"{material}{part}.{number}" for part in (f".{body}", "") for number in MATERIAL_KEYS]
+            of_bodies += [names[number] for number in keys if number in names][:1]
+        if pair in library.PAIRS and key == "coefficient" and not library.is_of_pair(of_bodies, pair):
+            warnings.append(
+                f"{joint}.wear.pair: {pair} is of other materials than {' and '.join(dict.fromkeys(of_bodies))} of {material}; take a "
+                f"pair of these (`clearsweep list pairs`), or write their `coefficient`"
+            )
+    return warnings
+
+
 def replace_library_names(
     root: WrittenValue, problems: Problems
 ) -> tuple[WrittenValue, list[LibraryNumber], list[str]]:

@@ -2,8 +2,9 @@
 
 import csv
 import math
+import re
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -333,13 +334,28 @@ def library_names() -> tuple[str, ...]:
     return (*LIBRARIES, *(name for library in LIBRARIES.values() for name in library))
 
 
+def _kinds_text(word: str, library: Mapping[str, Entry]) -> str:
+    """Return `; there are S355, C45` for the entries that are of the kind `word`, such as steel, or ''."""
+    of_kind = [
+        entry.name for entry in library.values() if word.casefold() in f"{entry.name} {entry.summary}".casefold()
+    ]
+    return f"; there are {', '.join(of_kind)}" if len(word) > 2 and of_kind else ""  # noqa: PLR2004 - a word
+
+
+def is_of_pair(materials: Collection[str], pair: str) -> bool:
+    """Return whether materials of one or both bodies, by name, are those of a wear pair such as steel/bronze dry."""
+    kinds = [kind.split()[-1] for kind in pair.rpartition(" ")[0].split("/")]  # the steel of hardened steel
+    words = [re.split(r"[ ,;]+", f"{name} {MATERIALS[name].summary}") for name in materials]
+    return any(all(kind in body for kind, body in zip(order, words, strict=False)) for order in (kinds, kinds[::-1]))
+
+
 def find_entry(library: Mapping[str, Entry], name: str) -> Entry:
     """Return an entry by its name in any letter case.  Raises InputError with the nearest name."""
     names_by_folded_name = {" ".join(name.split()).casefold(): name for name in library}
     entry_name = names_by_folded_name.get(" ".join(name.split()).casefold())
     if entry_name is None:
         kind = next(kind for kind, entries in LIBRARIES.items() if entries is library)
-        hint = did_you_mean(name, library)
+        hint = did_you_mean(name, library) or _kinds_text(name, library)
         raise InputError(f"unknown name {quoted(name)}{hint} (`clearsweep list {kind}` prints all {len(library)})")
     return library[entry_name]
 

@@ -60,6 +60,7 @@ def _with_decimal_points(rows: list[TableRow]) -> list[TableRow]:
     """Return rows with decimal points in place of commas; ValueError if it is not clear what the commas mean."""
     commas = [(line, cell, match) for line, cells in rows for cell in cells if (match := _DECIMAL_COMMA.match(cell))]
     if not commas:
+        _check_points(rows)
         return rows
     point = next((line for line, cells in rows for cell in cells if re.match(r"\s*[+-]?\d*\.\d", cell)), None)
     if point is not None:
@@ -74,6 +75,16 @@ def _with_decimal_points(rows: list[TableRow]) -> list[TableRow]:
         (line, [cell.replace(",", ".", 1) if _DECIMAL_COMMA.match(cell) else cell for cell in cells])
         for line, cells in rows
     ]
+
+
+def _check_points(rows: list[TableRow]) -> None:
+    """Raise ValueError if every point of a table whose decimal sign may be a comma may separate thousands."""
+    points = [(line, cell.strip()) for line, cells in rows for cell in cells if re.match(r"\s*[+-]?\d*\.\d", cell)]
+    if points and all(re.fullmatch(r"[+-]?[1-9]\d{0,2}\.\d{3}", cell) for _, cell in points):
+        line, cell = points[0]
+        raise ValueError(
+            f"row {line}: {cell!r} may be a fraction or thousands; write {cell}0 or {cell.replace('.', '')}"
+        )
 
 
 def complete_rows_of_csv(path: Path, max_bytes: int) -> tuple[list[str], list[TableRow]]:

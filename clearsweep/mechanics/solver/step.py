@@ -281,7 +281,10 @@ def repeat_near_event(pointer, event):
     distance = overshoot_of(pointer, event)
     for _ in range(MAX_REPEATS):
         h = work.step.length
-        if not (work.step.error < 1.0 and CLOSE_TO_EVENT * h < abs(distance) < FAR_FROM_EVENT * h):
+        is_off = CLOSE_TO_EVENT * h < abs(distance) < FAR_FROM_EVENT * h
+        if work.control.early > 0.0 and event[0] == STOP:  # the last stage may not see the acceleration behind the jump
+            is_off = is_off or work.end[work.independent] >= work.stepper.next_stop
+        if not (work.step.error < 1.0 and is_off):
             break
         work.step.length = h - distance
         take_step(pointer)

@@ -43,8 +43,10 @@ class SignalComparison(NamedTuple):
 
 def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison]:
     """Return the signals of a file with those of the nearest case; raise InputError if they cannot be compared."""
-    units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
-    units.pop("t", None)
+    stored = study.run.layout.stored
+    units = {
+        channel.name: channel.unit for channel in stored if channel.unit and channel.name not in ("t", "crank_angle")
+    }
     channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
     short_names = {ACCELERATION: channels[0]} if channels else {}
     names = {name: name for name in units} | short_names
