@@ -125,6 +125,33 @@ def test_of_unlike_bodies_only_the_softer_wears():
     assert message[f"{JOINT}.wear.journal_coefficient (steel/POM dry)"]["max"] == 0.0
 
 
+@pytest.mark.parametrize(
+    ("pair", "material", "fits"),
+    [
+        ("steel/POM dry", {"bearing": "POM", "journal": "C45"}, True),
+        ("steel/POM dry", {"bearing": "100Cr6", "journal": "POM"}, True),
+        ("steel/POM dry", {"bearing": "CuSn8", "journal": "100Cr6"}, False),
+        ("steel/POM dry", "C45", False),
+        ("steel/cast iron greased", {"bearing": "EN-GJL-250", "journal": "42CrMo4"}, True),
+        ("hardened steel/steel dry", "16MnCr5", True),
+        ("steel/bronze dry", {"bearing": "CuAl10Ni5Fe4", "journal": "S355"}, True),
+        ("steel/bronze dry", {"bearing": "EN AW-6082-T6", "journal": "S355"}, False),
+    ],
+)
+def test_a_pair_of_other_materials_than_those_of_the_joint_is_noted(pair, material, fits):
+    material = {"bearing": material, "journal": material} if isinstance(material, str) else material
+    contact = {"law": "flores", "restitution": 0.5, "material": {"unchecked": True} | material}
+    made = with_joint("wear", {"pair": pair, "unchecked": True}, **{f"{JOINT}.contact": contact})
+    assert [pair in warning for warning in made.warnings] == ([] if fits else [True])
+
+
+def test_a_kind_of_material_in_place_of_a_name_lists_its_entries():
+    with pytest.raises(
+        InputError, match="unknown name 'bronze'; there are CuSn8, CuSn12-C, CuSn7Zn4Pb7-C, CuAl10Ni5Fe4"
+    ):
+        library.find_entry(library.MATERIALS, "bronze")
+
+
 def test_the_remark_on_a_worn_bearing_agrees_with_the_pairs():
     joint = validity.RubbingJoint("rod-slider", 1.0, 0.0, 0.01)
     text = validity.wear_rate_remark([joint])

@@ -14,7 +14,7 @@ from ..contracts.layout import MAX_REVOLUTIONS, Column, Layout
 from ..language.errors import InputError, quoted
 from .cases import KeyValue, LawAssignment
 from .grid import SCHEMA_VERSION, CaseLabels, Grid, identity
-from .keys.library_names import BEARING, COUNT
+from .keys.library_names import BEARING, COUNT, pair_warnings
 from .keys.outline import key_units
 from .library.fits import Fit
 from .pages import key_names, key_text, markdown
@@ -101,7 +101,7 @@ def load(
         reader.roles,
         reader.case_labels,
         law_files,
-        tuple(reader.warnings),
+        (*reader.warnings, *pair_warnings(reader.library_numbers.values())),
     )
     max_cases = MAX_IDENTITIES if search or grid.may_repeat else MAX_CASES
     if grid.size > max_cases:

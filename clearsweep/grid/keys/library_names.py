@@ -261,9 +261,10 @@ def pair_warnings(numbers: Iterable[LibraryNumber]) -> list[str]:
             keys = [f"{material}{part}.{number}" for part in (f".{body}", "") for number in MATERIAL_KEYS]
             of_bodies += [names[number] for number in keys if number in names][:1]
         if pair in library.PAIRS and key == "coefficient" and not library.is_of_pair(of_bodies, pair):
+            others = " and ".join(dict.fromkeys(of_bodies))
             warnings.append(
-                f"{joint}.wear.pair: {pair} is of other materials than {' and '.join(dict.fromkeys(of_bodies))} of {material}; take a "
-                f"pair of these (`clearsweep list pairs`), or write their `coefficient`"
+                f"{joint}.wear.pair: {pair} is of other materials than {others} of {material}; take a pair of these "
+                "(`clearsweep list pairs`), or write their `coefficient`"
             )
     return warnings
 

@@ -339,7 +339,7 @@ def _kinds_text(word: str, library: Mapping[str, Entry]) -> str:
     of_kind = [
         entry.name for entry in library.values() if word.casefold() in f"{entry.name} {entry.summary}".casefold()
     ]
-    return f"; there are {', '.join(of_kind)}" if len(word) > 2 and of_kind else ""  # noqa: PLR2004 - a word
+    return f"; there are {', '.join(of_kind)}" if len(word) > 2 and of_kind else ""
 
 
 def is_of_pair(materials: Collection[str], pair: str) -> bool:

@@ -9,7 +9,7 @@ from ...language.errors import did_you_mean, nearest_words, quoted
 from ..keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
 from ..keys.joint_keys import REFUSED_SECTIONS
 from ..keys.key_table import table_of_keys
-from ..keys.library_names import find_varied_names, keys_of_names, pair_warnings, replace_library_names, written_names
+from ..keys.library_names import find_varied_names, keys_of_names, replace_library_names, written_names
 from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, wrong_names
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
 from ..sections import Reader, find_added_cases, variations
@@ -65,7 +65,6 @@ def read_keys(
     variations.replace_label_axes(reader)
     replace_fits_by_clearances(reader, lambda path: values.values_before_reading(reader, path))
     reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
-    reader.warnings += pair_warnings(reader.library_numbers.values())
     values.set_wear_units(reader)
     variations.record_late_axes_of_searches(
         reader, root, all_keys, lambda path: values.values_before_reading(reader, path)

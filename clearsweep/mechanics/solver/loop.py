@@ -149,7 +149,7 @@ def next_stop(pointer, position):
 
 @kernel
 def aim_of(pointer):
-    """Return where a step to the next stop has to end: before a jump of an acceleration, which its last stage may not see."""
+    """Return where a step to the next stop ends: before a jump of an acceleration, which its last stage may not see."""
     return pointer[0].stepper.next_stop - pointer[0].control.early
 
 
@@ -294,7 +294,7 @@ def cut_at_event(pointer, h, event):
 def take_or_reject_step(pointer):
     """Take a step with its figures, samples and events, or reject it; return GOING or the status at the end."""
     work = pointer[0]
-    stepper, step = work.stepper, work.step
+    step = work.step
     take_step(pointer)
     assess_step(accumulators_of(pointer), work.method.current)
     h = step.length
