@@ -377,7 +377,7 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Co
     window_start = scene.crank_clock.value_after(settings.discard) if has_crank else 0.0
     turns = max(settings.revolutions, settings.turns(scene.value.reference_rate), 1.0)
     budget_units = turns if has_crank else settings.impacts
-    is_table_of_speeds = drive and drive.table and {"time", "speed"} <= drive.table.keys()
+    table = (drive and drive.table) or {}
     return integration.Control(
         window=window_start,
         end=end,
@@ -388,5 +388,5 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Co
         keep_events=keep_events,
         time_limit=settings.time_limit if free else math.inf,
         patience=STALL_TURNS * period(scene) if free else math.inf,
-        early=TIME_ROUNDING * drive.table["time"][-1] if is_table_of_speeds else 0.0,
+        early=TIME_ROUNDING * table["time"][-1] if {"time", "speed"} <= table.keys() else 0.0,
     )
