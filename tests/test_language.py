@@ -93,6 +93,8 @@ def test_sentences_of_messages_are_short():
         for line, text in strings(ast.parse(path.read_text(encoding="utf-8")))
         for each in longer(text)
     ] == []
+    texts = sorted((ROOT / "clearsweep").rglob("*.md"))
+    assert [each for path in texts for each in longer(path.read_text(encoding="utf-8"))] == []
 
 
 @pytest.mark.parametrize("name", [None, *verbs.commands])

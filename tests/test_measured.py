@@ -3,12 +3,13 @@
 import json
 import math
 from collections.abc import Iterable
+from importlib import resources
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from clearsweep import cli
+from clearsweep import cli, grid, simulation
 from clearsweep.verify import measured
 from clearsweep.verify.measured import contact, films, machines, points
 from clearsweep.verify.measured.points import KINDS, Row
@@ -24,6 +25,17 @@ def largest(rows: Iterable[Row], quantity: str, variant: str = "") -> float:
     result = [abs(row.difference) for row in rows if (row.quantity, row.variant) == (quantity, variant)]
     assert result
     return max(result)
+
+
+@pytest.mark.parametrize("name", ["oblique", "bar", "bushing", "spatial", "squeezer", "stick_slip", "rig", "whirl"])
+def test_the_grid_of_a_benchmark_is_a_file_that_anybody_can_run(name):
+    file = resources.files("clearsweep.verify") / "references" / "grids" / f"{name}.yaml"
+    assert len(grid.load(str(file), simulation.catalogue())) == 1
+
+
+def test_every_benchmark_says_what_it_compares_and_why_it_differs():
+    assert all(len(benchmark.text) > 100 for benchmark in measured.BENCHMARKS)
+    assert len({benchmark.text for benchmark in measured.BENCHMARKS}) == len(measured.BENCHMARKS)
 
 
 def test_a_hertz_impact_is_as_deep_hard_and_long_as_the_closed_form():

@@ -6,11 +6,15 @@ and extreme ones (`stability`), and (`comparisons`) a chaotic case over toleranc
 motion, and stiff cases by both methods.
 """
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
+from json import dumps
 from pathlib import Path
 from typing import Any
 
 from ..language import phases
+
+Report = Callable[[str], None]  # takes the name of a step as soon as it begins
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
@@ -19,24 +23,34 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
     `quick` uses fewer tolerances, steps, rounds and extreme cases, and ends within a minute; `directory` : destination
     of the report, see `write`.
     """
-    from json import dumps
-
     from . import text
 
-    latest_line = ["verify"]
+    with announced_steps("verify", phases.print_line) as report_progress:
+        results = measure(quick=quick, report_progress=report_progress)
+    publish(results, results if json else text.results_text(results), directory, write)
 
-    def report_progress(sentence: str) -> None:
-        latest_line[0] = f"verify: {sentence}"
-        phases.print_line(latest_line[0])
+
+@contextlib.contextmanager
+def announced_steps(command: str, report: Report = lambda line: None) -> Iterator[Report]:
+    """Open a phase with the name of the latest step; yield the function that takes a step, whose line is reported."""
+    latest_line = [command]
+
+    def report_progress(step: str) -> None:
+        latest_line[0] = f"{command}: {step}"
+        report(latest_line[0])
 
     with phases.phase(lambda: latest_line[0]):
-        results = measure(quick=quick, report_progress=report_progress)
-    print(dumps(results, indent=2, allow_nan=False) if json else text.results_text(results), flush=True)
+        yield report_progress
+
+
+def publish(results: Any, shown: Any, directory: str | Path | None, write: Callable[[Any, Any], Path]) -> None:
+    """Print text as it is and other values as JSON; `write` the results into a directory, if there is one."""
+    print(shown if isinstance(shown, str) else dumps(shown, indent=2, allow_nan=False), flush=True)
     if directory is not None:
         phases.print_line(f"verify: wrote {write(results, directory)}")
 
 
-def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Report = lambda step: None) -> dict[str, Any]:
     """Return all figures as a dict for JSON; see `measure` of each of the modules named above."""
     from . import accuracy, comparisons, stability
 

@@ -326,7 +326,7 @@ def all_methods(*, quick: bool) -> list[Method]:
     ]
 
 
-def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] = lambda step: None) -> dict[str, Any]:
     """Return every figure of every method on every problem, as `results["problems"][i]["rows"]`, and `headline`.
 
     `report_progress` : called with messages.  Times are processor times, the least of several rounds, in each of which
@@ -339,8 +339,7 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
         "problems": [],
     }
     for problem in all_problems():
-        if report_progress:
-            report_progress(f"{problem.name}: {problem.title}")
+        report_progress(f"{problem.name}: {problem.title}")
         results["problems"].append(measure_problem(problem, all_methods(quick=quick), results["rounds"]))
     results["headline"] = headline_figures(results["problems"])
     return results

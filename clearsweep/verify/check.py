@@ -24,7 +24,7 @@ from ..language.errors import InputError, quoted
 from ..simulation.analyses.trajectory import simulate
 from ..simulation.setup import scene
 from ..store import durable
-from . import stability
+from . import Report, announced_steps, stability
 from .reference_run import (
     CLEARANCES,
     HALF,
@@ -235,8 +235,6 @@ LADDER = tuple(10.0**-power for power in range(3, 13))
 METHODS = ("auto", "explicit", "implicit")
 SCREENING_TOLERANCE, MAX_SCREENED = 1e-4, 200  # of the cases that are run to find the worst and the median
 
-Report = Callable[[str], None]
-
 
 class Notebook:
     """Measured pieces by key, stored in a file as they become known, until a deadline."""
@@ -295,12 +293,8 @@ def check_grid(  # noqa: PLR0913 - one per option of the command
 
     selection : words and ids, or how many of CHOICES.  Return the text, or JSON, for the terminal.
     """
-    latest_line = ["check: reading the grid"]
-
-    def report_progress(sentence: str) -> None:
-        latest_line[0] = f"check: {sentence}"
-
-    with phases.phase(lambda: latest_line[0]):
+    with announced_steps("check") as report_progress:
+        report_progress("reading the grid")
         loaded = grid.load(source, scene.catalogue())
         start = "; those of a chain begin centred here" if loaded.chained else ""
         phases.print_line(f"check: {wording.count_text(len(loaded), 'case')} in the grid {loaded.name}{start}")

@@ -54,7 +54,9 @@ class LengthObserver:
         return Decision.CONTINUE
 
 
-def measure_convergence(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure_convergence(
+    *, quick: bool = False, report_progress: Callable[[str], None] = lambda step: None
+) -> dict[str, Any]:
     """Return the figures and intervals of every tolerance and length as `rows`, and their agreement.
 
     `within` : share of the pairs of tolerances, over all figures and lengths, whose difference is within both intervals
@@ -63,8 +65,7 @@ def measure_convergence(*, quick: bool = False, report_progress: Callable[[str],
     tolerances, lengths = (QUICK_AVERAGE_TOLERANCES, QUICK_LENGTHS) if quick else (AVERAGE_TOLERANCES, LENGTHS)
     start_time, rows = time.perf_counter(), []
     for tolerance in tolerances:
-        if report_progress:
-            report_progress(f"convergence of statistics: tolerance {tolerance:g}")
+        report_progress(f"convergence of statistics: tolerance {tolerance:g}")
         rows += run_at_tolerance(tolerance, lengths)
     pairs = [
         (first_row[figure], second_row[figure])
@@ -122,12 +123,13 @@ TITLES = {
 }
 
 
-def measure_machines(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure_machines(
+    *, quick: bool = False, report_progress: Callable[[str], None] = lambda step: None
+) -> dict[str, Any]:
     """Return `rows`, one for every machine and tolerance; none if `quick`, because each machine compiles a scene."""
     rows = []
     for name, entry in ({} if quick else read_problems("machines.json")).items():
-        if report_progress:
-            report_progress(f"machines: {name}")
+        report_progress(f"machines: {name}")
         rows += [run_machine(name, entry, tolerance) for tolerance in MACHINE_TOLERANCES]
     return {"rows": rows}
 
@@ -209,7 +211,7 @@ def stiff_cases() -> list[ExtremeCase]:
     return [*cases, *(crank_case("friction", each, "full at 1e-5 m/s, 60 rpm", **steep_friction) for each in "CB")]
 
 
-def measure_stiff(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure_stiff(*, quick: bool = False, report_progress: Callable[[str], None] = lambda step: None) -> dict[str, Any]:
     """Return the comparisons of methods: `rows`, `choices` and `others`.
 
     rows : explicit and automatic at equal error, for every stiff case and tolerance; choices : all methods at equal
@@ -217,8 +219,7 @@ def measure_stiff(*, quick: bool = False, report_progress: Callable[[str], None]
     """
     rows, choices = [], []
     for case in stiff_cases():
-        if report_progress:
-            report_progress(f"stiffness: {case.name}")
+        report_progress(f"stiffness: {case.name}")
         tolerances, choice_tolerances = (QUICK_TOLERANCES,) * 2 if quick else (TOLERANCES, CHOICE_TOLERANCES)
         rows += compare_at_equal_error(case, tolerances)
         choices += [compare_methods(case, tolerance) for tolerance in choice_tolerances]

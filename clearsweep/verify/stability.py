@@ -78,7 +78,7 @@ QUICK_CASES = 30
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 
 
-def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] = lambda step: None) -> dict[str, Any]:
     """Return the results of all cases of the table, `rows`, and their summary; a process for each core runs them.
 
     `quick` runs, in this process, some of each group, and none of `extreme_machines`, each kind of which compiles a
@@ -89,8 +89,7 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
     machines = (extreme_machines.machine_cases, extreme_machines.film_cases, extreme_machines.spatial_cases)
     all_cases = [*cases, *(case for machine_cases in machines for case in machine_cases())]
     selected = select_evenly(cases, QUICK_CASES) if quick else all_cases
-    if report_progress:
-        report_progress(f"stability: {len(selected)} cases")
+    report_progress(f"stability: {len(selected)} cases")
     pool = EXECUTORS["serial" if quick else "local"](cores(), None, no_preparation)
     try:
         futures = [pool.submit(run_case, case) for case in selected]

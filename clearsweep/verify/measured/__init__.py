@@ -3,13 +3,12 @@
 Each `Benchmark` measures its rows, which become a table, and a picture if the table is not enough.
 """
 
-import json as json_format
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ...language import phases
-from . import contact, films, machines
+from .. import Report, announced_steps, publish
+from . import contact, films, machines, points
 from .points import Row
 
 BENCHMARKS = (
@@ -31,34 +30,16 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
     `quick` uses a few points of each benchmark.
     """
-    from . import points
-
-    latest_line = ["verify"]
-
-    def report_progress(sentence: str) -> None:
-        latest_line[0] = f"verify: {sentence}"
-        phases.print_line(latest_line[0])
-
-    with phases.phase(lambda: latest_line[0]):
+    with announced_steps("verify", phases.print_line) as report_progress:
         rows = measure(quick=quick, report_progress=report_progress)
-    print(
-        json_format.dumps(rows_as_dicts(rows), indent=2, allow_nan=False) if json else points.rows_text(rows),
-        flush=True,
-    )
-    if directory is not None:
-        phases.print_line(f"verify: wrote {points.write_page(rows, directory, BENCHMARKS)}")
+    shown = [row._asdict() for row in rows] if json else points.rows_text(rows)
+    publish(rows, shown, directory, partial(points.write_page, benchmarks=BENCHMARKS))
 
 
-def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> list[Row]:
+def measure(*, quick: bool = False, report_progress: Report = lambda step: None) -> list[Row]:
     """Return the rows of all benchmarks."""
     rows: list[Row] = []
     for benchmark in BENCHMARKS:
-        if report_progress:
-            report_progress(benchmark.name)
+        report_progress(benchmark.name)
         rows += benchmark.measure(quick=quick)
     return rows
-
-
-def rows_as_dicts(rows: list[Row]) -> list[dict[str, Any]]:
-    """Return rows for JSON."""
-    return [row._asdict() for row in rows]

@@ -8,39 +8,18 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ...contracts.results import Trajectory
+from ...grid.cases import put_values
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, planar_mechanism, read_reference, run, style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, run, style_axes
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Measured oblique impacts of a ball on a wall: effect of the friction law on rebound and spin.
 
 
 OBLIQUE = "Oblique impact of a ball"
-OBLIQUE_TEXT = """\
-An aluminium oxide ball of 5 mm meets thick glass at 3.9 m/s. In the grid the ball is a free body with
-`initial`. The wall is the inside of a bearing of 1 m radius: the ball slides 25 um, over which it is flat to 0.002
-deg. Normal law `exact` with restitution 0.98, Hertz's stiffness 2.672e10 N/m^1.5 of the ball on a rigid wall, and
-friction 0.092 for every law are from the source. Nothing is fitted. The laws with bristles take Mindlin's tangential
-stiffness over the load, 6 G* / (E* depth) = 1.61e5 /m, at the greatest depth of a normal impact, without damping.
-
-* **From 39 degrees on** the contact slides throughout. Every law gives Coulomb's restitution, which is the measured
-  one to 0.006. At 30.4 degrees it is about to stick, and laws are off by up to 0.024.
-* **Below 25 degrees** the contact sticks. A law of the sliding speed alone stops it and cannot do more: its
-  tangential restitution is at most 5/7 = 0.714 and its contact point stays at rest. The measured contact point
-  springs back, to -8.5 deg at 20 deg. `dahl`, `lugre` and `elasto-plastic` store that energy in their bristles and
-  follow the trend.
-* `elasto-plastic` is nearest, because nothing slides for good below its elastic share of the friction.
-* What is left below 25 degrees has a likely cause: the stiffness per load is constant here, Mindlin's falls with
-  depth.
-* Two spins, at 39 and 60 degrees, are 8 % and 6 % off for every law and off the trend of their neighbours: the
-  scatter of the experiment or of its digits. The rebound angles beyond 45 degrees are 1 to 2 deg larger than
-  Coulomb's."""
-
-RADIUS, DENSITY, SPEED = 2.5e-3, 4000.0, 3.9  # m, kg/m^3, m/s
-STIFFNESS, RESTITUTION, FRICTION = 2.672e10, 0.98, 0.092
+RADIUS, SPEED, FRICTION = 2.5e-3, 3.9, 0.092  # m, m/s
 BRISTLE_STIFFNESS = 1.61e5  # 1/m
-WALL_RADIUS = 1.0  # m, radius of the bearing that represents the wall
 INITIAL_GAP = 1e-6  # m, initial distance of the ball
 FULL_FRICTION_SPEED = 1e-3  # m/s: sliding speed of fully developed friction; far below all speeds of the impact
 FREE_FLIGHT_TIME = 20e-6  # s, after the end of the contact
@@ -72,31 +51,10 @@ DRAWN_LAWS = ("tanh", "karnopp", "dahl", "lugre", "elasto-plastic")
 
 def oblique_grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of an impact at an angle (rad) from the normal, which is the x axis."""
-    mass, clearance = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY, WALL_RADIUS - RADIUS
-    origin = [0.0, 0.0]
-    speed = {"vx": SPEED * math.cos(incidence), "vy": SPEED * math.sin(incidence)}
-    ball = {"mass": mass, "inertia": 0.4 * mass * RADIUS**2, "points": {"middle": origin}}
-    bodies = {
-        "ground": {"points": {"axle": origin, "wall": origin}},
-        "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},  # a planar machine needs a drive
-        "ball": ball | {"initial": {"x": clearance - INITIAL_GAP, **speed}},
-    }
-    return {
-        "mechanism": planar_mechanism(
-            bodies, {"axle": "ground.axle wheel.axle", "wall": "ground.wall ball.middle"}, "wheel"
-        ),
-        "drive": {"speed": 2.0 * math.pi / (FREE_FLIGHT_TIME / math.cos(incidence) ** 0.2 + INITIAL_GAP / speed["vx"])},
-        "joints": {
-            "wall": {
-                "clearance": clearance,
-                "bearing_radius": WALL_RADIUS,
-                "contact": {"law": "exact", "stiffness": STIFFNESS, "exponent": 1.5, "restitution": RESTITUTION},
-                "friction": friction,
-            }
-        },
-        "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-11},
-        "save": {"orbits": "all"},
-    }
+    forward, sideways = SPEED * math.cos(incidence), SPEED * math.sin(incidence)
+    duration = FREE_FLIGHT_TIME / math.cos(incidence) ** 0.2 + INITIAL_GAP / forward  # s
+    speeds = {"mechanism.bodies.ball.initial.vx": forward, "mechanism.bodies.ball.initial.vy": sideways}
+    return read_grid("oblique", speeds | {"drive.speed": 2.0 * math.pi / duration, "joints.wall.friction": friction})
 
 
 def oblique_impact(incidence: float, friction: dict[str, Any]) -> dict[str, float]:
@@ -145,7 +103,7 @@ def draw_oblique(rows: list[Row]) -> Figure:
     return page
 
 
-OBLIQUE_IMPACTS = Benchmark("oblique", OBLIQUE, OBLIQUE_TEXT, measure_oblique, draw_oblique)
+OBLIQUE_IMPACTS = Benchmark("oblique", OBLIQUE, measure_oblique, draw_oblique)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -153,9 +111,6 @@ OBLIQUE_IMPACTS = Benchmark("oblique", OBLIQUE, OBLIQUE_TEXT, measure_oblique, d
 
 
 HERTZ = "Hertz impacts"
-HERTZ_TEXT = """\
-The first two benchmarks of Chung & Ooi: two equal balls that meet, and a ball on a rigid wall. `impact-
-pair` with the law `hertz` and the stiffness of the materials is the whole model."""
 PAIR_CLEARANCE = 1e-3  # m: far from the contact, without effect
 WALL_MASS_RATIO = 1e12  # times the ball's mass: a wall
 
@@ -213,7 +168,7 @@ def measure_hertz(*, quick: bool = False) -> list[Row]:
     return read_reference(HERTZ).rows_at({point: hertz_impact(*case) for point, case in PAIRS.items()})
 
 
-HERTZ_IMPACTS = Benchmark("hertz", HERTZ, HERTZ_TEXT, measure_hertz)
+HERTZ_IMPACTS = Benchmark("hertz", HERTZ, measure_hertz)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -221,46 +176,14 @@ HERTZ_IMPACTS = Benchmark("hertz", HERTZ, HERTZ_TEXT, measure_hertz)
 
 
 BAR = "Axial impact on an elastic bar"
-BAR_TEXT = """\
-A mass of 0.14 kg strikes the end of a steel bar of 0.21 kg and 3.9e8 N/m, whose other end is fixed. The
-reference is the continuous bar: Saint-Venant's waves, reflected at the fixed end, with Hertz's law in the contact as
-Sears had it. In the grid the bar is an `elastic` link of six segments, and the mass a free body with `initial` in a
-joint with clearance. Nothing is fitted. A chain of six springs spreads the wave front over a segment, so it errs most
-where the contact is shortest."""
-SEGMENTS = 6
-BAR_STIFFNESS, BAR_MASS, HAMMER_MASS, CONTACT_STIFFNESS = 3.9e8, 0.21, 0.14, 6.61e10  # N/m, kg, kg, N/m^1.5
-BAR_CLEARANCE = 1e-4  # m
-CRANK_SPEED = 1e-3  # rad/s, of the bar: a crank must rotate
 BAR_SPEEDS = (0.2, 1.0, 4.4)  # m/s
 
 
-def bar_grid(speed: float) -> dict:
-    """Return the grid of a mass that strikes a bar; the bar is a nearly fixed crank."""
-    bodies = {
-        "ground": {"points": {"wall": [0.0, 0.0]}},
-        "bar": {
-            "mass": BAR_MASS,
-            "inertia": BAR_MASS * 0.12**2 / 12.0,
-            "center": [0.06, 0.0],
-            "points": {"fixed": [0.0, 0.0], "end": [0.12, 0.0]},
-            "elastic": {"between": ["fixed", "end"], "axial_stiffness": BAR_STIFFNESS, "segments": SEGMENTS},
-        },
-        "hammer": {
-            "mass": HAMMER_MASS,
-            "inertia": 1e-4,
-            "points": {"face": [0.0, 0.0]},
-            "initial": {"x": 0.12, "vx": -speed},
-        },
-    }
-    contact = {"law": "hertz", "stiffness": CONTACT_STIFFNESS, "exponent": 1.5}
-    revolutions = CRANK_SPEED * (BAR_CLEARANCE / speed + 2e-4) / (2.0 * math.pi)
-    return {
-        "mechanism": planar_mechanism(bodies, {"wall": "ground.wall bar.fixed", "face": "bar.end hammer.face"}, "bar"),
-        "drive": {"speed": CRANK_SPEED},
-        "joints": {"face": {"clearance": BAR_CLEARANCE, "bearing_radius": 0.01, "contact": contact}},
-        "simulate": {"revolutions": revolutions, "discard": 0, "tolerance": 1e-10},
-        "save": {"orbits": "none"},
-    }
+def bar_grid(speed: float) -> dict[str, Any]:
+    """Return the grid of a mass that strikes a bar; it ends 0.2 ms after the mass has crossed the clearance."""
+    source = read_grid("bar", {"mechanism.bodies.hammer.initial.vx": -speed})
+    duration = source["joints"]["face"]["clearance"] / speed + 2e-4  # s
+    return put_values(source, {"simulate.revolutions": source["drive"]["speed"] * duration / (2.0 * math.pi)})
 
 
 def bar_impact(speed: float) -> dict[str, float]:
@@ -276,7 +199,7 @@ def measure_bar(*, quick: bool = False) -> list[Row]:
     return read_reference(BAR).rows_at({f"{speed} m/s": bar_impact(speed) for speed in BAR_SPEEDS})
 
 
-BAR_IMPACTS = Benchmark("bar", BAR, BAR_TEXT, measure_bar)
+BAR_IMPACTS = Benchmark("bar", BAR, measure_bar)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -284,22 +207,6 @@ BAR_IMPACTS = Benchmark("bar", BAR, BAR_TEXT, measure_bar)
 
 
 WEAR = "Trends of wear"
-WEAR_TEXT = """\
-No measured depth with all parameters was available. Two trends are compared.
-
-* **A slider-crank with a PTFE bushing** (Mukras et al.; the parameters of the grid are remembered or this project's
-  own). Published: an elastic foundation and a contact force with finite elements predict the same worn volume, but
-  only the latter predicts the profile. Here the volumes of four pressure laws agree to 3 %, as published: volume is
-  coefficient times load times sliding distance, whatever the law. The profiles of a new bushing agree to 7 % (rms over
-  the mean).
-* **The same bushing worn by 60 um**, more than half of its clearance, while the worn shape acts back: once with a layer
-  of springs (`elastic` and `pressure: winkler`), once with the pressure of a line contact (`hertz-line`). The layer
-  presses over a wider arc. Its volume is 1 % larger, as the pressure all round is more than its resultant. At the same
-  volume the profiles are 7 % apart (rms over the mean), and up to a quarter of the mean at one place; when new, 5 %.
-* So the volume is alike within 3 %, and the profile differs more than that at single places: the published trend, but
-  weaker. Likely cause: the load turns round the bushing in every revolution, which smears the arc that a law decides.
-* **A joint in space** (Zhang et al. 2023): the bearing wears deepest at its edges. So it does here, in a bearing
-  that is aligned and in one tilted by 0.3 deg."""
 PRESSURES = ("persson", "winkler", "hertz-line", "mean")
 WORN_IN_CONTACTS = {"foundation": {"elastic": "winkler", "thickness": 3e-3}, "line contact": {}}  # keys of its contact
 WORN_DEPTH = 6e-5  # m
@@ -308,35 +215,7 @@ TILTS = {"aligned": 0.0, "tilted by 0.3 deg": np.radians(0.3)}
 
 def bushing_grid(pressure: str) -> dict[str, Any]:
     """Return the grid of a slider-crank whose PTFE bushing runs dry at 30 rpm under a spring."""
-    material = {"bearing": {"young": 0.5e9, "poisson": 0.46}, "journal": {"young": 206e9, "poisson": 0.3}}
-    spring = {"between": ["ground", "slider"], "anchor": [0.4, 0.0], "stiffness": 2000.0, "free_length": 0.2}
-    return {
-        "mechanism": {
-            "type": "slider-crank",
-            "crank": {"length": 0.0762, "mass": 3.0, "inertia": 3e-3},
-            "rod": {"length": 0.2032, "mass": 2.0, "inertia": 8e-3},
-            "slider": {"mass": 8.0},
-        },
-        "drive": {"speed": "30 rpm"},
-        "loads": {"spring": spring},
-        "joints": {
-            "crank-rod": {
-                "clearance": 1e-4,
-                "bearing_radius": 9.5e-3,
-                "length": 0.013,
-                "contact": {"law": "flores", "restitution": 0.5, "material": material},
-                "friction": {"law": "ambrosio", "coefficient": 0.13, "v0": 1e-4, "v1": 1e-3},
-                "wear": {
-                    "law": "archard",
-                    "bearing_coefficient": 5.05e-13,
-                    "journal_coefficient": 0.0,
-                    "pressure": pressure,
-                },
-            }
-        },
-        "simulate": {"revolutions": 4, "discard": 1, "tolerance": 1e-6, "start": "seated"},
-        "save": {"orbits": "none"},
-    }
+    return read_grid("bushing", {"joints.crank-rod.wear.pressure": pressure})
 
 
 def worn_in_grid(kind: str) -> dict[str, Any]:
@@ -354,39 +233,6 @@ def worn_in_profiles() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the (nodes,) revolutions and (nodes, bins) depths (m) of both kinds of WORN_IN_CONTACTS."""
     histories = {kind: run_wear(worn_in_grid(kind)).history for kind in WORN_IN_CONTACTS}
     return {kind: (history["revolutions"], history["crank_rod/profile_bearing"]) for kind, history in histories.items()}
-
-
-def spatial_grid(tilt: float) -> dict[str, Any]:
-    """Return the grid of a slider-crank with a spatial joint whose bearing is tilted (rad)."""
-    contact = {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.7}
-    return {
-        "mechanism": {
-            "type": "slider-crank",
-            "spatial": True,
-            "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-            "rod": {"length": 0.12, "mass": 0.21, "inertia": [2e-5, 2.5e-4, 2.5e-4], "center": 0.06},
-            "slider": {"mass": 0.14},
-            "gravity": 9.81,
-            "ideal": {"rod-slider": "spherical"},
-        },
-        "drive": {"speed": "1000 rpm"},
-        "joints": {
-            "crank-rod": {
-                "type": "spatial",
-                "clearance": 2e-4,
-                "axial_clearance": 2e-4,
-                "bearing_radius": 0.01,
-                "length": 0.02,
-                "flange": True,
-                "tilt": [tilt, 0.0],
-                "contact": contact,
-                "friction": {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2},
-                "wear": {"law": "archard", "coefficient": 2e-14, "bins": 180, "length_bins": 20},
-            }
-        },
-        "simulate": {"revolutions": 6, "discard": 2, "tolerance": 1e-8},
-        "save": {"orbits": "none"},
-    }
 
 
 def run_wear(source: dict[str, Any]) -> Trajectory:
@@ -421,7 +267,9 @@ def measure_wear(*, quick: bool = False) -> list[Row]:
         {("line contact over foundation, worn in", "ratio of worn volumes"): ratio}
     )
     axial_positions = {
-        (name, "place of the deepest wear"): deepest_wear_position(run_wear(spatial_grid(tilt)))
+        (name, "place of the deepest wear"): deepest_wear_position(
+            run_wear(read_grid("spatial", {"joints.crank-rod.tilt": [tilt, 0.0]}))
+        )
         for name, tilt in TILTS.items()
     }
     return rows + read_reference(WEAR, "in space").rows(axial_positions)
@@ -441,4 +289,4 @@ def draw_wear(rows: list[Row]) -> Figure:
     return page
 
 
-WEAR_TRENDS = Benchmark("worn", WEAR, WEAR_TEXT, measure_wear, draw_wear)
+WEAR_TRENDS = Benchmark("worn", WEAR, measure_wear, draw_wear)

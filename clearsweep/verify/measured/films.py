@@ -18,7 +18,7 @@ from .points import (
     Benchmark,
     Reference,
     Row,
-    planar_mechanism,
+    read_grid,
     read_reference,
     run,
     style_axes,
@@ -32,27 +32,9 @@ def bearing_grid(
     joint: dict[str, Any], speed: float, load: float, *, mass: float, revolutions: float
 ) -> dict[str, Any]:
     """Return the grid of a rig: joint, shaft speed (rad/s), downward load (N) and mass (kg) of the housing."""
-    origin = [0.0, 0.0]
-    bodies = {
-        "ground": {"points": {"main": origin, "rail": origin}},
-        "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
-        "carriage": {"mass": 0.0, "inertia": 0.0, "points": {"pin": origin}},
-        "housing": {"mass": mass, "inertia": 0.0, "points": {"bore": origin}},
-    }
-    pins = {"main": "ground.main shaft.pin", "across": "ground.rail carriage.pin"}
-    pins |= {"along": "carriage.pin housing.bore", "film": "shaft.pin housing.bore"}
-    mechanism = planar_mechanism(bodies, pins, "shaft")
-    mechanism["joints"]["across"] |= {"type": "prismatic", "axis": 0.0}
-    mechanism["joints"]["along"] |= {"type": "prismatic", "axis": "90 deg"}
-    mechanism["joints"]["film"]["journal"] = "shaft"
-    return {
-        "mechanism": mechanism,
-        "drive": {"speed": speed},
-        "loads": {"weight": {"on": "housing", "force": [0.0, -load]}},
-        "joints": {"film": joint},
-        "simulate": {"revolutions": revolutions, "discard": revolutions - 1.0},
-        "save": {"orbits": "last"},
-    }
+    length = {"simulate.revolutions": revolutions, "simulate.discard": revolutions - 1.0}
+    forces = {"mechanism.bodies.housing.mass": mass, "loads.weight.force": [0.0, -load]}
+    return read_grid("rig", {"joints.film": joint, "drive.speed": speed, **forces, **length})
 
 
 def run_bearing(source: dict[str, Any]) -> Trajectory:
@@ -81,20 +63,6 @@ def torque(trajectory: Trajectory) -> float:
 
 
 AT_REST = "Films at rest in their load"
-AT_REST_TEXT = """\
-A housing that shifts but does not turn carries a constant load on a shaft that turns. The run starts with
-the shaft in the middle and ends after 30 revolutions. The load is that of the table, so eccentricity and attitude
-are results.
-
-* `reynolds` solves the same equation as the tables. Its attitude is larger for a light load on a long bearing: the
-  tables begin the film where it is thickest, here it begins wherever its pressure can be above zero.
-* `finite` is a fit of the same tables, `short` leaves out the flow round the bearing. Both are shown with their
-  error.
-* The points reach an eccentricity ratio of 0.98, and so does the spread. At 0.99 and length / diameter 1, a second
-  solver on two meshes gives So 108.3. The table gives 107.8, `reynolds` 108.4, and `finite` 105.8.
-* There the error of the fit, 2.3 %, is larger than the spread, and `finite` ends at `film.limit`: the surfaces touch.
-* Five squeezed films of the tables are tested. The laws are within 0.7 % (`reynolds`) and 2.1 % (`finite`) of them.
-* The table of Raimondi & Boyd adds the friction of the shaft, (R / c) f = torque / (load c)."""
 RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: without effect on the figures
 MASS = 0.01  # kg: light enough to prevent whirl
 REVOLUTIONS = 30
@@ -178,7 +146,7 @@ def draw_at_rest(rows: list[Row]) -> Figure:
     return page
 
 
-FILMS_AT_REST = Benchmark("film_at_rest", AT_REST, AT_REST_TEXT, measure_at_rest, draw_at_rest)
+FILMS_AT_REST = Benchmark("film_at_rest", AT_REST, measure_at_rest, draw_at_rest)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -247,25 +215,6 @@ def whirl_threshold(values: dict[str, float]) -> float:
 
 
 BOOKS_NAME = "Spread of film models"
-BOOKS_TEXT = """\
-Two databooks of bearings with two axial grooves, of 20 and 10 deg, and a plain bearing by `reynolds`
-and `finite` under the same load number S. This is no test: grooves and the film's boundary differ. The differences
-say what the choice of groove and cavity costs.
-
-* Eccentricity: at most 0.033 of the clearance. Attitude: up to 15 deg for length / diameter 1, where the grooves cut
-  more of the film; 3 deg and less beyond an eccentricity ratio of 0.7 at length / diameter 0.5.
-* A designer who does not know the grooves of his bearing has its least film within 0.033 of the clearance, but the
-  direction in which it rests only within 15 deg.
-* **Stiffness K and damping B** are slopes of the film's force where the journal rests. x is along the load, y is 90 deg
-  on with the shaft, W the load, c the clearance and w the shaft's speed. The books have B_xy = B_yx.
-* A plain bearing (`reynolds`) has the tabulated K_xy within 12 %, B_xx within 17 %. Its K_xx is 0.45 to 1.1 times the
-  tabulated one, and its B_yy 0.8 to 3.4 times. The grooves lie at either side of the load: they take away damping
-  across it, most of all in long, lightly loaded bearings.
-* **Threshold speed**: from where a rigid rotor whirls, over sqrt(g / c), by Routh's criterion from either set of
-  coefficients. A plain bearing has up to 27 % more. Grooved ones of length / diameter 1 and light load have 2.0 to 2.1,
-  the plain one 2.5. So grooves explain the difference in the section on oil whirl.
-* `finite` adds a wedge and a squeeze that were fitted each alone. Its B_xy is up to 2 too small, and its B_yy in loaded
-  bearings up to twice too large. Choose `reynolds` where whirl matters."""
 BOOK_LAWS = ("reynolds", "finite")
 BOOKS = ("lund-thomsen", "someya")
 
@@ -325,4 +274,4 @@ def _load_number(row: Row) -> float:
     return float(row.point.split()[-1])
 
 
-DATABOOKS = Benchmark("databooks", BOOKS_NAME, BOOKS_TEXT, measure_books, draw_books)
+DATABOOKS = Benchmark("databooks", BOOKS_NAME, measure_books, draw_books)

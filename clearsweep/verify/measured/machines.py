@@ -15,28 +15,9 @@ from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from ...sweeping.sweep import sweep
 from . import films
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, planar_mechanism, read_reference, run, style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, run, style_axes
 
 CRANK_PIN = "Crank-pin rig"
-CRANK_PIN_TEXT = """\
-A shaft in three plain bearings: the big end of a connecting rod, loaded with 4 or 8 kN, and two supports
-with half of it each. Each bearing is a run of its own that comes to rest; the torques are added. Viscosity, sizes
-and relative clearance 1e-3 are the source's. Asperities: `greenwood-tripp` in the test bearing with the source's
-roughness 0.309 um, density and sharpness that make up its K = 0.001, modulus 53.3 GPa and friction 0.02. Nothing is
-fitted.
-
-* **Full film**: at 4 kN the torque is within 3 % from 3000 to 400 rpm, at 8 kN within 13 % from 3000 to 500 rpm. The
-  least film at 8 kN and 3000 rpm is within 2 %.
-* **Mixed friction**: the law counts the film's thickness from the middle of the roughness. Then asperities bear too
-  late: the rise of the torque begins at 300 rpm in place of 450 rpm, and it is 0.5 N m in place of 1.7 N m at 150
-  rpm.
-* "mean heights" adds the source's mean heights of the asperities, 0.6 um together, as `mean_height`. Then they bear
-  too early: 2.6 N m at 150 rpm. The published curve lies between both.
-* Likely causes: a rigid housing, where the rig's bends round the pin and spreads the load; oil whose viscosity does
-  not rise with pressure; no feed groove and unknown asperities in the supports; clearances that the digitiser
-  assumed.
-* So: in mixed friction, a torque or a least film by asperity laws with published parameters is uncertain by a factor
-  of 3."""
 LOADS = (4.0, 8.0)  # kN
 MEAN_HEIGHTS = "reynolds, mean heights"
 FILM_LAWS = ("reynolds", "finite", MEAN_HEIGHTS)
@@ -109,7 +90,7 @@ def draw_crank_pin(rows: list[Row]) -> Figure:
     return page
 
 
-CRANK_PIN_RIG = Benchmark("crank_pin", CRANK_PIN, CRANK_PIN_TEXT, measure_crank_pin, draw_crank_pin)
+CRANK_PIN_RIG = Benchmark("crank_pin", CRANK_PIN, measure_crank_pin, draw_crank_pin)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -117,25 +98,10 @@ CRANK_PIN_RIG = Benchmark("crank_pin", CRANK_PIN, CRANK_PIN_TEXT, measure_crank_
 
 
 WHIRL = "Onset of oil whirl"
-WHIRL_TEXT = """\
-A housing of mass M hangs on a turning shaft by its film alone; its weight M g is the load. It is a free
-body with `initial`, of so large a moment of inertia that it does not turn. It starts next to its place of rest.
-`seek` finds the largest speed at which the film carries no more than 1.02 times the weight after 940 revolutions:
-below the onset the housing has come to rest, above it whirls. The threshold is that speed times sqrt(clearance / g).
-
-* **Closed form**: stiffness and damping of the short half film and Routh's criterion. The film's law is `short` and
-  its viscosity is that with which the housing rests at the tabulated eccentricity at the threshold. Stiffness,
-  damping, inertia and the integrator all enter.
-* **Nicholas, Barrett & Leader** give 2.1 for a bearing with two axial grooves, length / diameter 1, close to its
-  centre. Here the law is `reynolds`, without grooves. The difference is that of the bearings: a plain one whirls
-  later. The coefficients in the last section show the same difference.
-* The whirl's own speed is taken from the motion at the largest stable speed."""
 GRAVITY = 9.81  # m/s^2
 RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of the closed form: without effect on it
-HOUSING_INERTIA = 1e3  # kg m^2: a housing that does not rotate
 INITIAL_OFFSET = 0.02  # of the clearance: initial distance of the housing from its equilibrium
 LOAD_FACTOR = 1.02  # times the weight: a film in equilibrium carries the weight only, a whirl more
-REVOLUTIONS, EVALUATED_REVOLUTIONS = 1000, 60  # revolutions of a probe, and of its evaluated part
 SPEED_TOLERANCE = 0.003  # of the speed
 
 
@@ -158,26 +124,11 @@ def whirl_grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any
     """
     settled = films.run_bearing(films.bearing_grid(film, speed, mass * GRAVITY, mass=1e-4 * mass, revolutions=60))
     x, y = float(settled["housing/x"][-1]), float(settled["housing/y"][-1])
-    clearance, origin = film["clearance"], [0.0, 0.0]
-    offset = 1.0 - INITIAL_OFFSET * clearance / math.hypot(x, y)
-    housing = {"mass": mass, "inertia": HOUSING_INERTIA, "points": {"bore": origin}}
-    housing["initial"] = {"x": offset * x, "y": offset * y}
-    bodies = {
-        "ground": {"points": {"main": origin}},
-        "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": origin}},
-        "housing": housing,
-    }
-    pins = {"main": "ground.main shaft.pin", "film": "shaft.pin housing.bore"}
-    mechanism = planar_mechanism(bodies, pins, "shaft", gravity=GRAVITY)
-    mechanism["joints"]["film"]["journal"] = "shaft"
-    return {
-        "mechanism": mechanism,
-        "drive": {"speed": speed},
-        "joints": {"film": film},
-        "simulate": {"revolutions": REVOLUTIONS, "discard": REVOLUTIONS - EVALUATED_REVOLUTIONS, "tolerance": 1e-7},
-        "save": {"orbits": "none"},
-        "limits": {"film_load_peak": LOAD_FACTOR * mass * GRAVITY},
-    }
+    offset = 1.0 - INITIAL_OFFSET * film["clearance"] / math.hypot(x, y)
+    housing = {"mass": mass, "initial": {"x": offset * x, "y": offset * y}}
+    values = {f"mechanism.bodies.housing.{key}": value for key, value in housing.items()}
+    values |= {"drive.speed": speed, "joints.film": film, "limits.film_load_peak": LOAD_FACTOR * mass * GRAVITY}
+    return read_grid("whirl", values)
 
 
 def seek_threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
@@ -237,7 +188,7 @@ def _plain_bearings() -> list[Row]:
     return table.rows(values, "reynolds")
 
 
-OIL_WHIRL = Benchmark("whirl", WHIRL, WHIRL_TEXT, measure_whirl)
+OIL_WHIRL = Benchmark("whirl", WHIRL, measure_whirl)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -245,19 +196,7 @@ OIL_WHIRL = Benchmark("whirl", WHIRL, WHIRL_TEXT, measure_whirl)
 
 
 SQUEEZER = "Andrews' squeezer"
-SQUEEZER_TEXT = """\
-Seven bodies, ten pins, one spring, a constant torque on the free crank, at rest at first. Links of 7 to
-40 mm turn at up to 1424 rad/s. The source gives seven angles and seven rates at 0.03 s to 15 digits. The machine has
-no contact: it tests the closure of loops, the free drive and the integrator. Tolerance 1e-11.
-
-* The differences are those of the integrator: at most 2e-9 rad in 16 rad and 6e-7 rad/s in 1424 rad/s.
-* The rows "one pin open" have a clearance of 10 um in the pin between crank and link (Lankarani-Nikravesh, 1e9
-  N/m^1.5, restitution 0.9). Their differences are no errors. They show what the clearance changes after two and a
-  half turns: 0.07 rad of the crank, and the sign of the slow links' rates."""
 SQUEEZER_TIME = 0.03  # s
-TOLERANCE = 1e-11
-START_ANGLES = {"crank": -0.0617138900142764496, "theta": 0.0, "b": 0.455279819163070380, "phi": 0.222668390165885885}
-START_ANGLES |= {"delta": 0.487364979543842550, "omega": -0.222668390165885885, "epsilon": 1.23054744454982119}
 #: Name in the source -> (body, body from which the source measures its angle; None: the ground).
 ANGLES = {
     "beta": ("crank", None),
@@ -268,55 +207,15 @@ ANGLES = {
     "omega": ("lower", "right"),
     "epsilon": ("right", None),
 }
-SPRING = {
-    "between": ["ground", "lever"],
-    "anchor": [0.014, 0.072],
-    "point": "d",
-    "stiffness": 4530.0,
-    "free_length": 0.07785,
-}
-CONTACT = {"law": "lankarani-nikravesh", "stiffness": 1e9, "exponent": 1.5, "restitution": 0.9}
 
 
 def squeezer_grid(clearance: float = 0.0) -> dict[str, Any]:
     """Return the machine, with a clearance (m) in the pin between crank and link unless that is 0."""
-    a, origin = [-0.06934, -0.00227], [0.0, 0.0]
-    angles = {
-        "link": START_ANGLES["crank"] + START_ANGLES["theta"],
-        "lever": START_ANGLES["b"],
-        "upper": START_ANGLES["phi"] + START_ANGLES["delta"],
-        "left": START_ANGLES["delta"],
-        "lower": START_ANGLES["omega"] + START_ANGLES["epsilon"],
-        "right": START_ANGLES["epsilon"],
-    }
-    bodies = {
-        "ground": {"points": {"o": origin, "a": a, "b": [-0.03635, 0.03273], "c": [0.014, 0.072]}},
-        "crank": _body(0.04325, 2.194e-6, [0.00092, 0.0], o=origin, pin=[0.007, 0.0]),
-        "link": _body(0.00365, 4.410e-7, [-0.0115, 0.0], pin=origin, e=[-0.028, 0.0]),
-        "lever": _body(0.02373, 5.255e-6, [0.01043, -0.01874], b=origin, e=[0.0, -0.035], d=[0.02, -0.018]),
-        "upper": _body(0.00706, 5.667e-7, [0.0, -0.00579], k=origin, e=[0.0, -0.02]),
-        "left": _body(0.07050, 1.169e-5, [0.02308, 0.00916], a=origin, k=[0.04, 0.0]),
-        "lower": _body(0.00706, 5.667e-7, [0.00579, 0.0], h=origin, e=[0.02, 0.0]),
-        "right": _body(0.05498, 1.912e-5, [0.01228, -0.00449], a=origin, h=[0.0, -0.04]),
-    }
-    pin_ends = ["ground.o crank.o", "crank.pin link.pin", "ground.b lever.b", "ground.a left.a", "ground.a right.a"]
-    pin_ends += ["left.k upper.k", "right.h lower.h", "link.e lever.e", "link.e upper.e", "link.e lower.e"]
-    pins = {f"p{i}": pin for i, pin in enumerate(pin_ends)} | ({} if clearance else {"rest": "ground.o weight.middle"})
-    if not clearance:  # a grid needs a joint with clearance: here that of a body at rest
-        bodies["weight"] = _body(1.0, 1.0, origin, middle=origin) | {"initial": {}}
-    joint = {"clearance": clearance, "bearing_radius": 2e-3, "contact": CONTACT}
-    return {
-        "mechanism": planar_mechanism(bodies, pins, "lever", start=angles),
-        "drive": {"torque": 0.033, "initial_speed": 0.0, "start_angle": START_ANGLES["crank"]},
-        "loads": {"spring": SPRING},
-        "joints": {"p1": joint} if clearance else {"rest": joint | {"clearance": 1e-3}},
-        "simulate": {"revolutions": 2.7, "discard": 0, "tolerance": TOLERANCE, "time_limit": 0.1},
-        "save": {"orbits": "all"},
-    }
-
-
-def _body(mass: float, inertia: float, center: list[float], **points: list[float]) -> dict[str, Any]:
-    return {"mass": mass, "inertia": inertia, "center": center, "points": points}
+    source = read_grid("squeezer")
+    if clearance:  # it takes the place of the joint of the body at rest
+        del source["mechanism"]["bodies"]["weight"], source["mechanism"]["joints"]["rest"]
+        source["joints"] = {"p1": source["joints"]["rest"] | {"clearance": clearance}}
+    return source
 
 
 def end_state(clearance: float = 0.0) -> dict[tuple[str, str], float]:
@@ -337,7 +236,7 @@ def measure_squeezer(*, quick: bool = False) -> list[Row]:
     return rows if quick else rows + table.rows(end_state(1e-5), "one pin open")
 
 
-ANDREWS_SQUEEZER = Benchmark("squeezer", SQUEEZER, SQUEEZER_TEXT, measure_squeezer)
+ANDREWS_SQUEEZER = Benchmark("squeezer", SQUEEZER, measure_squeezer)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -345,73 +244,16 @@ ANDREWS_SQUEEZER = Benchmark("squeezer", SQUEEZER, SQUEEZER_TEXT, measure_squeez
 
 
 STICK_SLIP = "Stick-slip of the LuGre paper"
-STICK_SLIP_TEXT = """\
-A block of 1 kg is drawn along a guide through a spring of 2 N/m whose end moves at 0.1 m/s. In the grid
-the block is a free body with `initial` in a guide with clearance, pressed on its wall by 1 N, so that coefficients
-per load are the forces of the paper: 1 N sliding, 1.5 N static, 0.4 N s/m viscous, bristles 1e5 N/m with sqrt(1e5) N
-s/m that do not fall. Nothing is fitted.
-
-* `lugre` is the law of the paper: end state with the bend of its bristles, slips and peak speed. The bend is that with
-  which the law gives the friction at 25 s.
-* `elasto-plastic` has the same cycle. It does not creep before it breaks away, so it rests a little elsewhere.
-* `karnopp` has no bristles: the block rests until the spring draws with 1.5 N. With bristles it creeps before, and
-  breaks away 0.1 s earlier."""
 END_TIME, TIME_STEP = 25.0, 1e-3  # s
 SLIP_SPEED = 1e-3  # m/s: sliding speed from which it slips
-DAMPING = 1e5**0.5
-LAW = {
-    "coefficient": 1.0,
-    "static_coefficient": 1.5,
-    "stribeck_velocity": 1e-3,
-    "shape": 2.0,
-    "viscous": 0.4,
-    "bristle_stiffness": 1e5,
-    "bristle_damping": DAMPING,
-    "damping_velocity": 1e6,
-}
+LAW = {key: value for key, value in read_grid("stick_slip")["joints"]["guide"]["friction"].items() if key != "law"}
 BRISTLES = {"lugre": LAW, "elasto-plastic": LAW}
 LAWS = BRISTLES | {"karnopp": {key: LAW[key] for key in list(LAW)[:5]} | {"band": 1e-5}}
-SPRING_LENGTH = 1e4  # m, length of the spring: its direction is nearly constant
 
 
 def stick_slip_grid(friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of a block that a spring pulls along a guide."""
-    origin, clearance = [0.0, 0.0], 1e-3
-    bodies = {
-        "ground": {"points": {"axle": origin, "rail": origin}},
-        "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": origin}},
-        "block": {"mass": 1.0, "inertia": 0.1, "points": {"middle": origin}, "initial": {"y": -clearance}},
-    }
-    mechanism = planar_mechanism(
-        bodies, {"axle": "ground.axle wheel.axle", "guide": "ground.rail block.middle"}, "wheel"
-    )
-    mechanism["joints"]["guide"]["type"] = "prismatic"
-    return {
-        "mechanism": mechanism,
-        "drive": {"speed": 2.0 * np.pi / END_TIME},
-        "loads": {
-            "weight": {"on": "block", "force": [0.0, -1.0]},
-            "pull": {"on": "block", "table": {"time [s]": [0.0, END_TIME], "fx [N]": [0.0, 0.2 * END_TIME]}},
-            "spring": {
-                "between": ["ground", "block"],
-                "anchor": [-SPRING_LENGTH, 0.0],
-                "point": "middle",
-                "stiffness": 2.0,
-                "free_length": SPRING_LENGTH,
-            },
-        },
-        "joints": {
-            "guide": {
-                "clearance": clearance,
-                "length": 1.0,
-                "height": 1e-3,
-                "contact": {"law": "kelvin-voigt", "stiffness": 1e6, "damping": 1.4e3},
-                "friction": friction,
-            }
-        },
-        "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-9},
-        "save": {"orbits": "all"},
-    }
+    return read_grid("stick_slip", {"joints.guide.friction": friction})
 
 
 def run_stick_slip(law: str) -> Trajectory:
@@ -479,4 +321,4 @@ def draw_stick_slip(rows: list[Row]) -> Figure:
     return page
 
 
-LUGRE_STICK_SLIP = Benchmark("stick_slip", STICK_SLIP, STICK_SLIP_TEXT, measure_stick_slip, draw_stick_slip)
+LUGRE_STICK_SLIP = Benchmark("stick_slip", STICK_SLIP, measure_stick_slip, draw_stick_slip)

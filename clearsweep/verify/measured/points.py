@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from ruamel.yaml import YAML
 
 from ...contracts.results import Trajectory
+from ...grid.cases import put_values
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 
@@ -23,7 +25,6 @@ if TYPE_CHECKING:
 
 
 KINDS = ("measured", "published", "remembered")
-FILE = "measured.json"  # benchmark -> kind, source, note, points: [[point, quantity, unit, value], ...]
 
 
 class Row(NamedTuple):
@@ -46,9 +47,14 @@ class Benchmark(NamedTuple):
 
     key: str  # name of the file of its picture
     name: str
-    text: str  # subject, agreements, disagreements and their causes
     measure: Callable[..., list[Row]]  # (quick: bool) -> its rows
     picture: "Callable[[list[Row]], Figure] | None" = None  # for rows of which a table is not enough
+
+    @property
+    def text(self) -> str:
+        """Return subject, agreements, disagreements and their causes, from `references/measured.md`."""
+        _, _, section = _read_text("measured.md").partition(f"\n## {self.name}\n")
+        return section.partition("\n## ")[0].strip()
 
 
 class Reference(NamedTuple):
@@ -87,11 +93,10 @@ class Reference(NamedTuple):
         return {point: value for point, name, _, value in self.points if name == quantity}
 
 
-def planar_mechanism(bodies: dict[str, Any], pins: Mapping[str, str], output: str, **more: Any) -> dict[str, Any]:
-    """Return a planar mechanism; pins : name -> the two points that it joins, the first pin is driven."""
-    joints = {name: {"type": "revolute", "between": points.split()} for name, points in pins.items()}
-    mechanism = {"type": "planar", "bodies": bodies, "joints": joints, "driven": next(iter(pins))}
-    return mechanism | {"output": {"body": output}, **more}
+def read_grid(name: str, values: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return a grid of `references/grids` as a dict, with some `values` (SI) at dotted paths."""
+    source: dict[str, Any] = YAML(typ="safe", pure=True).load(_read_text(f"grids/{name}.yaml"))
+    return put_values(source, values or {})
 
 
 def run(source: dict[str, Any], failure: str, times: np.ndarray | None = None) -> Trajectory:
@@ -102,12 +107,16 @@ def run(source: dict[str, Any], failure: str, times: np.ndarray | None = None) -
     return trajectory
 
 
+def _read_text(file: str) -> str:
+    """Return the text of a file of `references`."""
+    return resources.files(__package__).joinpath("..", "references", file).read_text(encoding="utf-8")
+
+
 @functools.cache
 def _read_references() -> dict[str, Any]:
-    """Return the content of FILE."""
-    file = resources.files(__package__).joinpath("..", "references", FILE)
-    points: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return points
+    """Return benchmark -> kind, source, note, points: [[point, quantity, unit, value], ...]."""
+    references: dict[str, Any] = json.loads(_read_text("measured.json"))
+    return references
 
 
 def read_reference(benchmark: str, name: str = "") -> Reference:
