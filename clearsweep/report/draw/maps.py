@@ -1,18 +1,15 @@
 """Maps over two axes: figures, limits and kinds of motion as colours; drawings of kinds of motion."""
 
-import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from ...contracts.case import Rolling
-from ...contracts.vibration import ZONES
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import Axis
-from ..motion import Points, Spectrum
-from ..plot import Axes, ColourScale, multiples_of, round_ticks
+from ..plot import Axes, ColourScale, multiples_of
 from . import (
     BLUE,
     GREY,
@@ -23,9 +20,7 @@ from . import (
     draw_colour_bar,
     label_values,
     label_with_unit,
-    set_log_scale,
     set_plain_axes,
-    stem_lines,
 )
 
 # Heat maps: a figure as colours over two swept axes.
@@ -159,112 +154,10 @@ def draw_margin_cells(
         ax.scatter(x, y, size=size, color=colour, marker=marker)
 
 
-# Drawings of kinds of motion: points at crank angle 0, spectra, shares, maps of kinds.
+# Maps of kinds of motion.
 
-MOTION_COLOURS = (BLUE, RED, INK, GREY)  # of motions that coexist
 KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from regular to irregular, distinguishable in grey, too
-SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
-MAX_ORDER = 40  # crank orders shown in a spectrum
 LEGEND = {"column_gap": 1.0, "sample": 1.2}  # in font sizes
-PIXEL = 0.75  # points: a pixel of a screen
-MIN_AMPLITUDE = 1e-5  # of the largest amplitude, lower limit of the drawing
-
-
-def draw_bifurcation(ax: Axes, points: Points, coordinate: str, axis: Axis) -> None:
-    """Draw one coordinate, 'x' or 'y', of a journal at crank angle 0 of every revolution over the values of an axis.
-
-    The dotted lines are the clearance.
-    """
-    values, abscissae = {"x": points.x, "y": points.y}[coordinate], axis.scale.from_si(points.value)
-    scale = wording.scale("m", [*np.abs(values), *points.clearance])
-    if np.isfinite(points.clearance).all():
-        for sign in (-1.0, 1.0):
-            ax.plot(abscissae, sign * points.clearance / scale.factor, color=GREY, linewidth=0.8, linestyle=":")
-    down = points.is_downward
-    for name, colour, is_drawn in (("up", BLUE, ~down), ("down", RED, down)) if down.any() else (("", INK, ~down),):
-        marks = abscissae[is_drawn], values[is_drawn] / scale.factor
-        ax.plot(*marks, "o", color=colour, markersize=PIXEL if not name else 3.0 * PIXEL, label=name)
-    if axis.is_geometric:
-        set_log_scale(ax, "x")
-    ax.set_labels(axis.label(), f"journal {coordinate} [{scale.unit}]")
-    set_plain_axes(ax)
-    if down.any():
-        ax.set_legend("above", columns=2, **LEGEND)
-
-
-def draw_basins(ax: Axes, places: np.ndarray, motions: np.ndarray, labels: Sequence[str], axes: Sequence[str]) -> None:
-    """Draw random starts (n, 2), in clearances, coloured by the number (n,) of the motion that they lead to."""
-    for motion, label in enumerate(labels):
-        of_motion = places[motions == motion]
-        colour = MOTION_COLOURS[motion % len(MOTION_COLOURS)]
-        ax.plot(of_motion[:, 0], of_motion[:, 1], "o", color=colour, markersize=3.0, label=label)
-    ax.set_square(1.08)
-    ax.set_labels(*axes)
-    ax.set_legend("above", columns=2, **LEGEND)
-
-
-def draw_section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:
-    """Draw positions (m) of a journal at crank angle 0, coloured by the revolution, in the clearance circle."""
-    scale = wording.scale("m", [*np.abs(x), *np.abs(y), clearance])
-    if clearance is not None:
-        ax.circle((0.0, 0.0), clearance / scale.factor, facecolor="#f3f6f9", edgecolor=INK, zorder=0)
-    _draw_coloured_points(ax, x / scale.factor, y / scale.factor, revolution)
-    half_width = 1.08 * max(float(np.hypot(x, y).max()), clearance or 0.0) / scale.factor
-    ax.set_square(half_width)
-    ax.set_labels(f"journal x [{scale.unit}]", f"journal y [{scale.unit}]")
-
-
-def draw_velocities(ax: Axes, revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
-    """Draw velocities (m/s) of a journal at crank angle 0, coloured by the revolution."""
-    scale = wording.scale("m/s", [*np.abs(vx), *np.abs(vy)])
-    _draw_coloured_points(ax, vx / scale.factor, vy / scale.factor, revolution)
-    ax.set_labels(f"journal vx [{scale.unit}]", f"journal vy [{scale.unit}]")
-    set_plain_axes(ax)
-
-
-def _draw_coloured_points(ax: Axes, x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
-    colours = ColourScale(float(revolution.min()), float(revolution.max()))
-    ax.scatter(x, y, size=3.7, values=revolution, scale=colours, zorder=3)
-    draw_colour_bar(ax, colours, "revolution", integers_only=True)
-    for side in (ax.xaxis, ax.yaxis):
-        side.tick_rule = round_ticks(5)
-
-
-def draw_spectrum(ax: Axes, actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
-    """Draw amplitudes (SI) over the crank's orders, with its harmonics marked, and those of the ideal mechanism."""
-    max_amplitude = float(actual.amplitude.max())
-    scale = wording.scale(unit, max_amplitude)
-    in_range = actual.order <= MAX_ORDER
-    gridlines = stem_lines(np.arange(1, MAX_ORDER + 1), 0.0, 1.0)
-    ax.plot(*gridlines, color=PALE, linewidth=0.5, spans_height=True)
-    floor = MIN_AMPLITUDE * max_amplitude / scale.factor
-    heights = actual.amplitude[in_range] / scale.factor
-    lines = stem_lines(actual.order[in_range], floor, heights.clip(min=floor))
-    ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
-    if ideal is not None:
-        is_drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * max_amplitude)
-        heights = ideal.amplitude[is_drawn] / scale.factor
-        ax.plot(ideal.order[is_drawn], heights, "_", color=RED, markersize=6, label="ideal")
-    ax.set_log("y")
-    ax.set_xlim(0.0, MAX_ORDER + 0.5)
-    ax.set_ylim(floor, 3.0 * max_amplitude / scale.factor)
-    ax.set_labels("order of the crank [1 / turn]", f"amplitude of {name} [{scale.unit}]")
-    ax.hide_edges("top", "right")
-    if ideal is not None:
-        ax.set_legend("above", columns=2, **LEGEND)
-
-
-def draw_shares(ax: Axes, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> None:
-    """Draw stacked bars of shares, (names, values of the axis), one bar per value."""
-    positions, bottom = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
-    for share, name, colour in zip(shares, names, colours, strict=True):
-        ax.bar(positions, 100.0 * share, 0.86, bottom, color=colour, label=name)
-        bottom += 100.0 * share
-    label_values(ax.xaxis, axis, positions)
-    ax.set_labels(axis.label(), "share [%]")
-    ax.set_ylim(0.0, 100.0)
-    set_plain_axes(ax)
-    ax.set_legend("above", columns=4, **LEGEND)
 
 
 def draw_kinds(
@@ -347,106 +240,5 @@ def draw_load_distribution(ax: Axes, elements: LoadedElements) -> None:
     ax.set_xlim(0.0, 360.0)
     ax.set_ylim(0.0, None)
     ax.set_labels("angle of the element [°]", label_with_unit("load of an element", scale))
-    set_plain_axes(ax)
-    ax.set_legend("above", columns=3)
-
-
-def draw_life(ax: Axes, axis: Axis, lives: Sequence[tuple[str, np.ndarray]]) -> None:
-    """Draw lives (values of the axis,) h over the clearance; each with its name, '' if there is one."""
-    positions = np.array(axis.values, float) / axis.scale.factor
-    for (name, values), colour in zip(lives, (BLUE, ORANGE, RED, GREY), strict=False):
-        ax.plot(positions, values, "o-", color=colour, markersize=4.0, label=name)
-    if positions.min() < 0.0 < positions.max():
-        ax.axvline(0.0, color=GREY, linewidth=0.8, linestyle="--")
-    label_values(ax.xaxis, axis, positions)
-    ax.set_ylim(0.0, None)
-    ax.set_labels(axis.label(), "rating life [h]")
-    set_plain_axes(ax)
-    if lives[1:]:
-        ax.set_legend("above", columns=2)
-
-
-ZONE_COLOURS = ("#d9f0d3", "#fff7c4", "#fddbb0", "#f6b8ae")  # of the zones A to D
-LEAST_AMPLITUDE = 1e-4  # of the largest: smaller amplitudes of a waterfall look alike
-MAX_LABELLED_ROWS = 12
-
-
-def draw_hodograph(ax: Axes, force: np.ndarray, ideal: np.ndarray | None) -> None:
-    """Draw the path of the end of the force (2, n) N on the frame, and that without clearance where it is known."""
-    scale = wording.scale("N", float(np.abs(force).max()))
-    ax.plot(*(force / scale.factor), color=BLUE, linewidth=1.1, label="with clearance")
-    if ideal is not None:
-        ax.plot(*(ideal / scale.factor), color=RED, linewidth=1.4, linestyle="--", label="ideal")
-    ax.plot([0.0], [0.0], "+", color=GREY, markersize=6)
-    ax.set_square(1.08 * max(float(np.abs(path).max()) for path in (force, ideal) if path is not None) / scale.factor)
-    ax.set_labels(f"force along x [{scale.unit}]", f"force along y [{scale.unit}]")
-    set_plain_axes(ax)
-    ax.set_legend("above", columns=2)
-
-
-def draw_orders(
-    ax: Axes,
-    amplitudes: np.ndarray,
-    ideal: np.ndarray | None,
-    unit: str,
-    name: str,
-    marks: Sequence[tuple[float, str]] = (),
-) -> None:
-    """Draw amplitudes (orders,) over the order of the crank as bars, next to those without clearance.
-
-    marks : orders at which elements of rolling bearings pass, each with its name
-    """
-    values = [amplitudes] if ideal is None else [amplitudes, ideal]
-    scale, width = wording.scale(unit, float(max(map(np.max, values)))), 0.8 / len(values)
-    orders = np.arange(1, len(amplitudes) + 1, dtype=float)
-    names = ("with clearance", "ideal")
-    for k, (heights, colour) in enumerate(zip(values, (BLUE, ORANGE), strict=False)):
-        place = orders + (k - 0.5 * (len(values) - 1)) * width
-        ax.bar(place, heights / scale.factor, width, color=colour, label=names[k] if values[1:] else "")
-    top = max(float(np.max(heights)) for heights in values) / scale.factor
-    for order, text in marks:
-        if order < len(amplitudes) + 0.6:
-            ax.axvline(order, color=RED, linewidth=0.9, linestyle="--")
-            ax.text(order, top, text, colour=RED, size=7.0, ha="left", va="top", offset=2.0)
-    ax.set_xlim(0.4 if not marks else 0.0, len(amplitudes) + 0.6)
-    ax.set_labels("order of the crank [1 / turn]", label_with_unit(name, scale))
-    set_plain_axes(ax)
-    if values[1:]:
-        ax.set_legend("above", columns=2)
-
-
-def draw_waterfall(ax: Axes, amplitudes: np.ndarray, rows: Sequence[str], labels: tuple[str, str], unit: str) -> None:
-    """Draw amplitudes (rows, orders) over the order of the crank as colours, one row for each speed.
-
-    rows : their names; labels : of the rows' side and of the amplitude
-    """
-    largest = float(np.nanmax(amplitudes))
-    scale = wording.scale(unit, largest)
-    colours = ColourScale(LEAST_AMPLITUDE * largest / scale.factor, largest / scale.factor, is_log=True)
-    shown = np.maximum(amplitudes, LEAST_AMPLITUDE * largest) / scale.factor
-    ax.cells(np.arange(0.5, amplitudes.shape[1] + 1.0), np.arange(-0.5, len(rows)), shown, colours)
-    orders = range(1, amplitudes.shape[1] + 1, -(-amplitudes.shape[1] // MAX_LABELLED_ROWS))
-    ax.xaxis.set_ticks(list(orders), list(map(str, orders)))
-    step = -(-len(rows) // MAX_LABELLED_ROWS)
-    ax.yaxis.set_ticks(list(range(0, len(rows), step)), list(rows)[::step])
-    ax.set_labels("order of the crank [1 / turn]", labels[0])
-    draw_colour_bar(ax, colours, label_with_unit(labels[1], scale))
-
-
-def draw_zones(ax: Axes, axis: Axis, velocities: Sequence[tuple[str, np.ndarray]], bounds: Sequence[float]) -> None:
-    """Draw velocities (values of the axis,) m/s over an axis, with the zones as bands; each with its name."""
-    largest = max(float(np.nanmax(values)) for _, values in velocities)
-    scale, top = wording.scale("m/s", largest), 1.1 * max(largest, bounds[0])
-    edges = [0.0, *[bound for bound in bounds if bound < top], top]
-    for k, (low, high) in enumerate(itertools.pairwise(edges)):
-        ax.axhspan(low / scale.factor, high / scale.factor, color=ZONE_COLOURS[k], zorder=0.0)
-        ax.add_legend_entry(f"zone {ZONES[k]}", ZONE_COLOURS[k])
-    positions = np.arange(len(axis.values), dtype=float)
-    for (name, values), colour in zip(velocities, (BLUE, GREY), strict=False):
-        ax.plot(positions, values / scale.factor, "o-", color=colour, markersize=3.5, label=name)
-    label_values(ax.xaxis, axis, positions)
-    ax.set_ylim(0.0, top / scale.factor)
-    ax.set_labels(axis.label(), f"velocity, rms [{scale.unit}]")
-    ax.set_grid(PALE, 0.0)
     set_plain_axes(ax)
     ax.set_legend("above", columns=3)

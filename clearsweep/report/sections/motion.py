@@ -26,17 +26,19 @@ from ..blocks.section import (
     section,
 )
 from ..blocks.table import CaseRows, Quantity, Table, case_table, columns_in_table, columns_of, count_cell
-from ..draw.maps import (
-    KIND_COLOURS,
-    SHARE_COLOURS,
-    draw_basins,
-    draw_bifurcation,
-    draw_kinds,
-    draw_section,
-    draw_shares,
-    draw_spectrum,
-    draw_velocities,
+from ..draw import (
+    BLUE,
+    GREY,
+    INK,
+    PALE,
+    RED,
+    draw_colour_bar,
+    label_values,
+    set_log_scale,
+    set_plain_axes,
+    stem_lines,
 )
+from ..draw.maps import KIND_COLOURS, LEGEND, draw_kinds
 from ..effects import main_effects_of
 from ..motion import (
     CONTACTS,
@@ -51,7 +53,7 @@ from ..motion import (
     shares_by_value,
 )
 from ..one_case.motion import JointHistory, history_of, joint_histories, largest_texts, saved_channels
-from ..plot import Axes
+from ..plot import Axes, ColourScale, round_ticks
 from ..study import Joint, Study, answer_of_study, cases_by_cell, largest, reduce_over_other_axes, words_of
 
 # Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra.
@@ -64,6 +66,11 @@ POINCARE_NOTE = (
     "period of n revolutions appears as n points, and irregular motion as a cloud."
 )
 SMALL_SIZE = (3.5, 2.9)  # inches
+MOTION_COLOURS = (BLUE, RED, INK, GREY)  # of motions that coexist
+SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
+MAX_ORDER = 40  # crank orders shown in a spectrum
+PIXEL = 0.75  # points: a pixel of a screen
+MIN_AMPLITUDE = 1e-5  # of the largest amplitude, lower limit of the drawing of a spectrum
 
 
 def motion_type_sections(study: Study) -> list[Section]:
@@ -146,16 +153,22 @@ def _share_pictures(study: Study, joint: Joint) -> list[Picture]:
 
 
 def _share_bars(title: str, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> Picture:
-    mean_text = "; ".join(
-        f"{name} {wording.percent_text(share.mean())}" for name, share in zip(names, shares, strict=True)
-    )
-    return Picture(
-        f"{title} over {axis.name}",
-        "Each bar is the mean of all cases with that value.",
-        f"{title} over {axis.name}; in all {mean_text}.",
-        lambda ax: draw_shares(ax, axis, shares, names, colours),
-        SMALL_SIZE,
-    )
+    """Return stacked bars of shares, (names, values of the axis), one bar per value."""
+    means = "; ".join(f"{name} {wording.percent_text(share.mean())}" for name, share in zip(names, shares, strict=True))
+
+    def paint(ax: Axes) -> None:
+        positions, bottom = np.arange(len(axis.values), dtype=float), np.zeros(len(axis.values))
+        for share, name, colour in zip(shares, names, colours, strict=True):
+            ax.bar(positions, 100.0 * share, 0.86, bottom, color=colour, label=name)
+            bottom += 100.0 * share
+        label_values(ax.xaxis, axis, positions)
+        ax.set_labels(axis.label(), "share [%]")
+        ax.set_ylim(0.0, 100.0)
+        set_plain_axes(ax)
+        ax.set_legend("above", columns=4, **LEGEND)
+
+    note = "Each bar is the mean of all cases with that value."
+    return Picture(f"{title} over {axis.name}", note, f"{title} over {axis.name}; in all {means}.", paint, SMALL_SIZE)
 
 
 def _table(study: Study, joint: Joint) -> Table:
@@ -192,45 +205,74 @@ def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str)
     points = points_along_axis(study, joint, axis, reference)
     if points.cases < MIN_CASES:
         return []
+    abscissae, down = axis.scale.from_si(points.value), points.is_downward
+    branches = (("up", BLUE, ~down), ("down", RED, down)) if down.any() else (("", INK, ~down),)
+
+    def paint(ax: Axes, coordinate: str, values: np.ndarray) -> None:
+        scale = wording.scale("m", [*np.abs(values), *points.clearance])
+        if np.isfinite(points.clearance).all():
+            for sign in (-1.0, 1.0):
+                ax.plot(abscissae, sign * points.clearance / scale.factor, color=GREY, linewidth=0.8, linestyle=":")
+        for name, colour, is_drawn in branches:
+            marks = abscissae[is_drawn], values[is_drawn] / scale.factor
+            ax.plot(*marks, "o", color=colour, markersize=PIXEL if not name else 3.0 * PIXEL, label=name)
+        if axis.is_geometric:
+            set_log_scale(ax, "x")
+        ax.set_labels(axis.label(), f"journal {coordinate} [{scale.unit}]")
+        set_plain_axes(ax)
+        if down.any():
+            ax.set_legend("above", columns=2, **LEGEND)
+
     fixed_setting = study.setting(reference, omitted_axis=axis) if not axis.is_scattered else ""
     return [
         Picture(
             f"Bifurcation diagram of {coordinate} over {axis.name}{study.joint_text(joint, ', joint {}')}",
             f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",
             f"Journal {coordinate} at crank angle 0 over {axis.name}: {points.x.size} points of {points.cases} cases.",
-            partial(draw_bifurcation, points=points, coordinate=coordinate, axis=axis),
+            partial(paint, coordinate=coordinate, values=values),
             FLAT_SIZE,
         )
-        for coordinate in ("x", "y")
+        for coordinate, values in (("x", points.x), ("y", points.y))
     ]
 
 
 def _poincare_sections(study: Study, joint: Joint) -> list[Picture]:
-    """Return the Poincaré section of the most loaded case: positions and velocities."""
+    """Return the Poincaré section of the most loaded case: positions and velocities, coloured by the revolution."""
     case_id = study.worst(joint)
     points = poincare_points(study, joint, case_id)
     if len(points.get("x", ())) < MIN_POINTS:
         return []
     revolution, x, y, vx, vy = (points[name].astype(float) for name in ("revolution", "x", "y", "vx", "vy"))
     clearance = study.radial_clearance(case_id, joint)
+
+    def paint(ax: Axes, names: str, across: np.ndarray, up: np.ndarray, scale: wording.Scale) -> None:
+        colours = ColourScale(float(revolution.min()), float(revolution.max()))
+        ax.scatter(across / scale.factor, up / scale.factor, size=3.7, values=revolution, scale=colours, zorder=3)
+        draw_colour_bar(ax, colours, "revolution", integers_only=True)
+        for side, name in zip((ax.xaxis, ax.yaxis), names.split(), strict=True):
+            side.tick_rule, side.label = round_ticks(5), f"journal {name} [{scale.unit}]"
+
+    def paint_positions(ax: Axes) -> None:
+        scale = wording.scale("m", [*np.abs(x), *np.abs(y), clearance])
+        if clearance is not None:
+            ax.circle((0.0, 0.0), float(clearance) / scale.factor, facecolor="#f3f6f9", edgecolor=INK, zorder=0)
+        paint(ax, "x y", x, y, scale)
+        ax.set_square(1.08 * max(float(np.hypot(x, y).max()), clearance or 0.0) / scale.factor)
+
+    def paint_velocities(ax: Axes) -> None:
+        paint(ax, "vx vy", vx, vy, wording.scale("m/s", [*np.abs(vx), *np.abs(vy)]))
+        set_plain_axes(ax)
+
     joint_text, count = study.joint_text(joint, ", joint {}"), wording.count_text(len(x), "revolution")
-    circle = None if clearance is None else float(clearance)
-    caption, alt = "The worst case.", f"of the worst case at crank angle 0, {count}."
     return [
         Picture(
-            f"Poincaré section: positions{joint_text}",
-            caption,
-            f"Positions of the journal {alt}",
-            lambda ax: draw_section(ax, revolution, x, y, circle),
+            f"Poincaré section: {name}{joint_text}",
+            "The worst case.",
+            f"{capitalise(name)} of the journal of the worst case at crank angle 0, {count}.",
+            draw,
             SQUARE_SIZE,
-        ),
-        Picture(
-            f"Poincaré section: velocities{joint_text}",
-            caption,
-            f"Velocities of the journal {alt}",
-            lambda ax: draw_velocities(ax, revolution, vx, vy),
-            SQUARE_SIZE,
-        ),
+        )
+        for name, draw in (("positions", paint_positions), ("velocities", paint_velocities))
     ]
 
 
@@ -256,14 +298,35 @@ def _spectra(study: Study, joint: Joint) -> list[Picture]:
 
 
 def _spectrum(name: str, unit: str, actual: Spectrum, ideal: Spectrum | None) -> Picture:
-    strongest_order = float(actual.order[actual.amplitude.argmax()])
-    amplitude_text = wording.quantity_text(float(actual.amplitude.max()), unit)
+    """Return amplitudes (SI) over the crank's orders, its harmonics marked, and those of the ideal mechanism."""
+    strongest_order, max_amplitude = float(actual.order[actual.amplitude.argmax()]), float(actual.amplitude.max())
+
+    def paint(ax: Axes) -> None:
+        scale = wording.scale(unit, max_amplitude)
+        in_range = actual.order <= MAX_ORDER
+        gridlines = stem_lines(np.arange(1, MAX_ORDER + 1), 0.0, 1.0)
+        ax.plot(*gridlines, color=PALE, linewidth=0.5, spans_height=True)
+        floor = MIN_AMPLITUDE * max_amplitude / scale.factor
+        heights = actual.amplitude[in_range] / scale.factor
+        lines = stem_lines(actual.order[in_range], floor, heights.clip(min=floor))
+        ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
+        if ideal is not None:
+            is_drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * max_amplitude)
+            heights = ideal.amplitude[is_drawn] / scale.factor
+            ax.plot(ideal.order[is_drawn], heights, "_", color=RED, markersize=6, label="ideal")
+            ax.set_legend("above", columns=2, **LEGEND)
+        ax.set_log("y")
+        ax.set_xlim(0.0, MAX_ORDER + 0.5)
+        ax.set_ylim(floor, 3.0 * max_amplitude / scale.factor)
+        ax.set_labels("order of the crank [1 / turn]", f"amplitude of {name} [{scale.unit}]")
+        ax.hide_edges("top", "right")
+
     return Picture(
         f"Spectrum of {name}",
         f"Worst case, {wording.count_text(actual.revolutions, 'revolution')}. Pale lines are harmonics of the crank.",
-        f"{capitalise(name)} over orders of the crank; largest amplitude {amplitude_text} at order "
-        f"{strongest_order:g}.",
-        lambda ax: draw_spectrum(ax, actual, ideal, unit, name),
+        f"{capitalise(name)} over orders of the crank; largest amplitude {wording.quantity_text(max_amplitude, unit)} "
+        f"at order {strongest_order:g}.",
+        paint,
         FLAT_SIZE,
     )
 
@@ -438,12 +501,22 @@ def basins(study: Study, joint: Joint) -> list[Picture]:
     setting = words_of(study).setting(point["values"])
     rates = "" if has_flanks else " Their rates are random, too, so the colours may mix."
     labels = [words_of(study).figures(columns[0], [motion["median"]])[0] for motion in point["motions"]]
+    places = np.array(starts)[:, :2]
+
+    def paint(ax: Axes) -> None:
+        for motion, label in enumerate(labels):
+            of_motion, colour = places[motions == motion], MOTION_COLOURS[motion % len(MOTION_COLOURS)]
+            ax.plot(of_motion[:, 0], of_motion[:, 1], "o", color=colour, markersize=3.0, label=label)
+        ax.set_square(1.08)
+        ax.set_labels(*names)
+        ax.set_legend("above", columns=2, **LEGEND)
+
     return [
         Picture(
             f"Random starts and their motions{study.joint_text(joint, ', joint {}')}",
             f"At {setting}. The colours are the medians of the force peaks of the motions.{rates}",
             f"{len(starts)} random starts, coloured by {len(labels)} motions.",
-            partial(draw_basins, places=np.array(starts)[:, :2], motions=motions, labels=labels, axes=names),
+            paint,
             SQUARE_SIZE,
         )
     ]

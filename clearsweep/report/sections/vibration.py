@@ -1,8 +1,9 @@
 """Vibration on the page: the shaking force, its orders, waterfalls, envelopes, and velocities in zones."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +14,11 @@ from ...language.errors import InputError
 from ..axis import Axis
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Gallery, Picture, Section, without_empty
 from ..blocks.table import Table, case_table, columns_in_table
-from ..draw.maps import MAP_SIZE, draw_hodograph, draw_kinds, draw_orders, draw_waterfall, draw_zones
+from ..draw import BLUE, GREY, ORANGE, RED, draw_colour_bar, label_values, label_with_unit, set_plain_axes
+from ..draw.maps import MAP_SIZE, draw_kinds
 from ..effects import main_effects_of
 from ..one_case.motion import saved_channels
+from ..plot import Axes, ColourScale
 from ..study import Study, largest, reduce_over_other_axes, resolve_cases
 
 PEAK = "frame_force_peak"
@@ -26,6 +29,13 @@ NOTE = (
 )
 MIN_ROWS = 3  # of a waterfall
 RUN_UP_ORDERS = 10  # of a waterfall of saved samples
+ZONE_COLOURS = ("#d9f0d3", "#fff7c4", "#fddbb0", "#f6b8ae")  # of the zones A to D
+LEAST_AMPLITUDE = 1e-4  # of the largest: smaller amplitudes of a waterfall look alike
+MAX_LABELLED_ROWS = 12
+HODOGRAPH_STYLES: tuple[dict[str, Any], ...] = (  # of the path with clearance, and without
+    {"color": BLUE, "linewidth": 1.1},
+    {"color": RED, "linewidth": 1.4, "linestyle": "--"},
+)
 
 
 def vibration_sections(study: Study) -> list[Section]:
@@ -79,11 +89,23 @@ def _force_pictures(study: Study, worst: str) -> Iterator[Picture]:
         except InputError:  # mechanism or laws of another version, or a load or motor of a law file
             ideal = None
         peak = wording.quantity_text(float(np.hypot(*force).max()), "N")
+        paths = {"with clearance": force} | ({} if ideal is None else {"ideal": ideal})
+
+        def paint(ax: Axes) -> None:
+            scale = wording.scale("N", float(np.abs(force).max()))
+            for (name, path), style in zip(paths.items(), HODOGRAPH_STYLES, strict=False):
+                ax.plot(*(path / scale.factor), label=name, **style)
+            ax.plot([0.0], [0.0], "+", color=GREY, markersize=6)
+            ax.set_square(1.08 * max(float(np.abs(path).max()) for path in paths.values()) / scale.factor)
+            ax.set_labels(f"force along x [{scale.unit}]", f"force along y [{scale.unit}]")
+            set_plain_axes(ax)
+            ax.set_legend("above", columns=2)
+
         yield Picture(
             "Shaking force over the last turn",
             f"Worst case: {setting}.",
             f"Path of the end of the force on the frame over a turn; largest {peak}.",
-            partial(draw_hodograph, force=force, ideal=ideal),
+            paint,
             SQUARE_SIZE,
         )
     for axis in "xy":
@@ -94,13 +116,49 @@ def _force_pictures(study: Study, worst: str) -> Iterator[Picture]:
             text = wording.quantity_text(float(amplitudes[strongest]), "N")
             marks = _passing_orders(study, worst)
             caption = " Dashed: orders at which elements of rolling bearings pass, the cage and an element turn."
-            yield Picture(
+            yield _orders_picture(
                 f"Orders of the force along {axis}",
                 f"Worst case: {setting}.{caption if marks else ''}",
                 f"Amplitudes of the force along {axis} by order of the crank; largest {text} at order {strongest + 1}.",
-                partial(draw_orders, amplitudes=amplitudes, ideal=ideal, unit="N", name="amplitude", marks=marks),
-                FLAT_SIZE,
+                ("N", amplitudes, ideal),
+                marks,
             )
+
+
+def _orders_picture(
+    title: str,
+    caption: str,
+    alt: str,
+    figure: tuple[str, np.ndarray, np.ndarray | None],
+    marks: Sequence[tuple[float, str]] = (),
+) -> Picture:
+    """Return amplitudes over the order of the crank as bars, next to those without clearance.
+
+    figure : unit, amplitudes (orders,), those without clearance; marks : orders at which elements of rolling bearings
+    pass, each with its name
+    """
+    unit, amplitudes, ideal = figure
+
+    def paint(ax: Axes) -> None:
+        values = [amplitudes] if ideal is None else [amplitudes, ideal]
+        scale, width = wording.scale(unit, float(max(map(np.max, values)))), 0.8 / len(values)
+        orders = np.arange(1, len(amplitudes) + 1, dtype=float)
+        names = ("with clearance", "ideal")
+        for k, (heights, colour) in enumerate(zip(values, (BLUE, ORANGE), strict=False)):
+            place = orders + (k - 0.5 * (len(values) - 1)) * width
+            ax.bar(place, heights / scale.factor, width, color=colour, label=names[k] if values[1:] else "")
+        top = max(float(np.max(heights)) for heights in values) / scale.factor
+        for order, text in marks:
+            if order < len(amplitudes) + 0.6:
+                ax.axvline(order, color=RED, linewidth=0.9, linestyle="--")
+                ax.text(order, top, text, colour=RED, size=7.0, ha="left", va="top", offset=2.0)
+        ax.set_xlim(0.4 if not marks else 0.0, len(amplitudes) + 0.6)
+        ax.set_labels("order of the crank [1 / turn]", label_with_unit("amplitude", scale))
+        set_plain_axes(ax)
+        if values[1:]:
+            ax.set_legend("above", columns=2)
+
+    return Picture(title, caption, alt, paint, FLAT_SIZE)
 
 
 def _passing_orders(study: Study, case_id: str) -> list[tuple[float, str]]:
@@ -122,12 +180,11 @@ def _envelopes(study: Study, worst: str) -> Iterator[Picture]:
         amplitudes = _orders(study, worst, f"{place}_envelope_order_{{}}")
         if amplitudes.any():
             name = place.replace("_", " ")
-            yield Picture(
+            yield _orders_picture(
                 f"Envelope of the acceleration of {name}",
                 "Worst case. Lines at the crank's order and at the impacts of a turn show looseness.",
                 f"Amplitudes of the envelope of {name} by order; largest at order {int(amplitudes.argmax()) + 1}.",
-                partial(draw_orders, amplitudes=amplitudes, ideal=None, unit="m/s^2", name="amplitude"),
-                FLAT_SIZE,
+                ("m/s^2", amplitudes, None),
             )
 
 
@@ -144,15 +201,34 @@ def _waterfalls(study: Study) -> Iterator[Picture]:
         rows = [values[indices == k] for k in range(len(axis.values))]
         amplitudes = np.array([row.max(axis=0) if len(row) else np.full(values.shape[1], np.nan) for row in rows])
         if names and np.nanmax(amplitudes) > 0.0:
-            yield Picture(
+            texts = (
                 f"Waterfall of the force along {direction}",
                 f"Largest over the other axes, for each {axis.name}.",
                 f"Amplitudes of the force along {direction} by order and {axis.name}, as colours.",
-                partial(
-                    draw_waterfall, amplitudes=amplitudes, rows=speeds, labels=(axis.label(), "amplitude"), unit="N"
-                ),
-                MAP_SIZE,
             )
+            yield Picture(*texts, _waterfall(amplitudes, speeds, axis.label()), MAP_SIZE)
+
+
+def _waterfall(amplitudes: np.ndarray, rows: Sequence[str], label: str) -> Callable[[Axes], None]:
+    """Return the painter of amplitudes (rows, orders) N over the order of the crank as colours, a row for each speed.
+
+    rows : their names; label : of the rows' side
+    """
+
+    def paint(ax: Axes) -> None:
+        largest = float(np.nanmax(amplitudes))
+        scale = wording.scale("N", largest)
+        colours = ColourScale(LEAST_AMPLITUDE * largest / scale.factor, largest / scale.factor, is_log=True)
+        shown = np.maximum(amplitudes, LEAST_AMPLITUDE * largest) / scale.factor
+        ax.cells(np.arange(0.5, amplitudes.shape[1] + 1.0), np.arange(-0.5, len(rows)), shown, colours)
+        orders = range(1, amplitudes.shape[1] + 1, -(-amplitudes.shape[1] // MAX_LABELLED_ROWS))
+        ax.xaxis.set_ticks(list(orders), list(map(str, orders)))
+        step = -(-len(rows) // MAX_LABELLED_ROWS)
+        ax.yaxis.set_ticks(list(range(0, len(rows), step)), list(rows)[::step])
+        ax.set_labels("order of the crank [1 / turn]", label)
+        draw_colour_bar(ax, colours, label_with_unit("amplitude", scale))
+
+    return paint
 
 
 def _run_up(study: Study, worst: str) -> Iterator[Picture]:
@@ -172,12 +248,12 @@ def _run_up(study: Study, worst: str) -> Iterator[Picture]:
         part = slice(k * samples, (k + 1) * samples)
         amplitudes.append(2.0 / samples * np.abs(np.fft.rfft(force[part]))[1 : RUN_UP_ORDERS + 1])
         speeds.append(60.0 / (time[(k + 1) * samples] - time[k * samples]))
-    rows, labels = [f"{speed:.4g}" for speed in speeds], ("crank speed of the turn [rpm]", "amplitude")
+    rows = [f"{speed:.4g}" for speed in speeds]
     yield Picture(
         "Waterfall of the run-up: force along x",
         f"Worst case, {turns} turns, from saved samples.",
         f"Amplitudes of the force along x by order in each of {turns} turns, from {rows[0]} to {rows[-1]} rpm.",
-        partial(draw_waterfall, amplitudes=np.array(amplitudes), rows=rows, labels=labels, unit="N"),
+        _waterfall(np.array(amplitudes), rows, "crank speed of the turn [rpm]"),
         MAP_SIZE,
     )
 
@@ -196,13 +272,25 @@ def _zones(study: Study, place: str) -> Iterator[Picture]:
         for text, values in (("with clearance", velocity), ("ideal", study.cases[f"{column}_ideal"])):
             highest = [np.nanmax(values[indices == k], initial=np.nan) for k in range(len(axes[0].values))]
             curves += [(text, np.array(highest))] if np.isfinite(highest).any() else []
-        yield Picture(
-            f"Velocity of {name} in zones",
-            "The largest of each value.",
-            f"Velocity of {name} over {axes[0].name}, with the zones as bands.",
-            partial(draw_zones, axis=axes[0], velocities=curves, bounds=bounds),
-            FLAT_SIZE,
-        )
+
+        def paint(ax: Axes) -> None:
+            largest = max(float(np.nanmax(values)) for _, values in curves)
+            scale, top = wording.scale("m/s", largest), 1.1 * max(largest, bounds[0])
+            edges = [0.0, *[bound for bound in bounds if bound < top], top]
+            for k, (low, high) in enumerate(itertools.pairwise(edges)):
+                ax.axhspan(low / scale.factor, high / scale.factor, color=ZONE_COLOURS[k], zorder=0.0)
+                ax.add_legend_entry(f"zone {ZONES[k]}", ZONE_COLOURS[k])
+            positions = np.arange(len(axes[0].values), dtype=float)
+            for (name, values), colour in zip(curves, (BLUE, GREY), strict=False):
+                ax.plot(positions, values / scale.factor, "o-", color=colour, markersize=3.5, label=name)
+            label_values(ax.xaxis, axes[0], positions)
+            ax.set_ylim(0.0, top / scale.factor)
+            ax.set_labels(axes[0].label(), f"velocity, rms [{scale.unit}]")
+            set_plain_axes(ax)
+            ax.set_legend("above", columns=3)
+
+        alt = f"Velocity of {name} over {axes[0].name}, with the zones as bands."
+        yield Picture(f"Velocity of {name} in zones", "The largest of each value.", alt, paint, FLAT_SIZE)
         return
     x_axis, y_axis = sorted(axes, key=study.axes.index)
     table = reduce_over_other_axes(study, velocity, (x_axis, y_axis), largest)

@@ -12,8 +12,7 @@ from ...language import wording
 from ..axis import Axis
 from ..blocks.section import FLAT_SIZE, Block, Detail, Gallery, Note, Picture, Section, Sentences, section
 from ..blocks.table import Table, case_table, columns_in_table
-from ..draw import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
-from ..draw.maps import draw_life
+from ..draw import BLUE, GREEN, GREY, ORANGE, RED, label_values, label_with_unit, set_plain_axes
 from ..one_case.joints import ranking_column, selectable_cases, wear_pictures
 from ..plot import Axes
 from ..study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study, finished_cases
@@ -294,10 +293,24 @@ def _life_over_clearance(study: Study, joint: Joint) -> Iterator[Picture]:
     curves = [("shortest", shortest), ("longest", longest)] if is_spread else [("", shortest)]
     best = int(shortest.argmax())
     text = wording.quantity_text(float(shortest[best]), "h", 4)
+
+    def paint(ax: Axes) -> None:
+        positions = np.array(axis.values, float) / axis.scale.factor
+        for (name, values), colour in zip(curves, (BLUE, ORANGE), strict=False):
+            ax.plot(positions, values, "o-", color=colour, markersize=4.0, label=name)
+        if positions.min() < 0.0 < positions.max():
+            ax.axvline(0.0, color=GREY, linewidth=0.8, linestyle="--")
+        label_values(ax.xaxis, axis, positions)
+        ax.set_ylim(0.0, None)
+        ax.set_labels(axis.label(), "rating life [h]")
+        set_plain_axes(ax)
+        if is_spread:
+            ax.set_legend("above", columns=2)
+
     yield Picture(
         f"Rating life over the clearance{study.joint_text(joint, ', joint {}')}",
         "Of all cases at a clearance." if is_spread else "",
         f"Rating life over {axis.name}, longest with {text} at {axis.text(axis.values[best])}.",
-        partial(draw_life, axis=axis, lives=curves),
+        paint,
         FLAT_SIZE,
     )
