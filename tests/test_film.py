@@ -21,7 +21,7 @@ from clearsweep.mechanics.laws.film import FilmMotion, Ramp, dry_fraction, film_
 from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.remarks import passive_film
 from clearsweep.tracing.compiled.dual import Dual
-from clearsweep.verify import extreme_machines
+from clearsweep.verify import extreme_machines, extremes
 
 LAWS, SHEARS = names("film"), names("film-friction")
 LONG, SHORT, PINKUS = reynolds.Long(1.0, 6.0), reynolds.Short(1.0, 1.5), reynolds.PinkusSternlicht(1.0)
@@ -292,7 +292,7 @@ def test_the_table_of_stability_has_thirty_films_each_level_as_often():
     assert len(table) == 30
     assert table == extreme_machines.film_cases()
     clearances = [next(iter(case.grid["joints"].values()))["clearance"] for case in table]
-    assert [clearances.count(value) for value in extreme_machines.FILM_FACTORS["clearance"]] == [6] * 5
+    assert [clearances.count(value) for value in extremes.read_levels()["factors"]["films"]["clearance"]] == [6] * 5
     assert sum("contact" in next(iter(case.grid["joints"].values())) for case in table) == 15
     for case in table:
         clearsweep.load_case(case.grid)

@@ -35,7 +35,7 @@ from .rivals import Solution, runge_kutta_4, scipy_ivp
 # output times, and assesses the solution of an integrator.
 
 
-CRANK, ROD = 0.05, 0.12  # m
+CRANK = 0.05  # m
 STIFF_TURNS, REFERENCE_TOLERANCE = 0.25, 1e-12  # revolutions; tolerance of the trajectory of the stiff problem
 EVENT_KINDS = {"on": ONSET, "off": SEPARATION}
 
@@ -175,35 +175,17 @@ def _stiff_problem(base: dict) -> ReferenceTrajectory:
 
 def _reference_problem(name: str, entry: dict) -> ReferenceTrajectory:
     """Return a reference trajectory as a problem."""
-    contact = {"law": "lankarani-nikravesh", "stiffness": entry["stiffness"], "restitution": entry["restitution"]}
-    contact["onset"] = "first"  # as for the references
-    joint = {"clearance": entry["clearance"], "bearing_radius": 0.01, "contact": contact}
-    if "friction" in entry:
-        joint["friction"] = entry["friction"]
-    source = {
-        "mechanism": {
-            "type": "slider-crank",
-            "crank": {"length": CRANK, "mass": 0.3, "inertia": 1e-4},
-            "rod": {"length": ROD, "mass": 0.21, "inertia": 2.5e-4},
-            "slider": {"mass": 0.14},
-            "gravity": entry["gravity"],
-        },
-        "drive": {"speed": entry["speed"]},
-        "joints": dict.fromkeys(entry["joints"], joint),
-        "simulate": {"revolutions": entry["revolutions"], "discard": 0},
-        "save": {"orbits": "none"},
-    }
     samples = np.array(entry["samples"])
-    names = [column_name(joint) for joint in entry["joints"]]
+    names = [column_name(joint) for joint in entry["grid"]["joints"]]
+    revolutions = entry["grid"]["simulate"]["revolutions"]
     events = [(t, names.index(joint), EVENT_KINDS[kind], rate, peak) for t, joint, kind, rate, peak in entry["events"]]
-    speed = 2.0 * math.pi * entry["revolutions"] / samples[-1, 0]
+    speed = 2.0 * math.pi * revolutions / samples[-1, 0]
     # two joints: the rod's centre comes first
     order, coordinate_count = ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)
     scales = np.array([0.05] * coordinate_count + [speed] + [speed * CRANK] * (coordinate_count - 1))
     values = samples[:, 1:][:, order + [coordinate_count + column for column in order]]
-    return ReferenceTrajectory(
-        name, entry["title"], source, scales, values, samples[:, 0], np.array(events, dtype=float), entry["revolutions"]
-    )
+    known = (scales, values, samples[:, 0], np.array(events, dtype=float), revolutions)
+    return ReferenceTrajectory(name, entry["title"], entry["grid"], *known)
 
 
 def _impact_pair_problem() -> ImpactPair:

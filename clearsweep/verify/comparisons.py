@@ -18,7 +18,7 @@ from ..simulation.figures.catalogue import Blocks, Interval
 from ..simulation.running.observed_run import Decision
 from ..simulation.setup import scene
 from .accuracy import ImpactPair, ReferenceTrajectory, all_problems, read_problems, scene_of
-from .extremes import ExtremeCase, contact_section, crank_case, tanh_section, voigt_section
+from .extremes import ExtremeCase, cases_of
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Convergence of statistics with the tolerance and the length of a run, where pointwise errors are meaningless.
@@ -198,17 +198,7 @@ ROUNDS = 3  # the least run time counts
 
 def stiff_cases() -> list[ExtremeCase]:
     """Return cases in which plain sweeps limit the steps of the explicit method: damping, stiffness, friction."""
-    loaded: dict[str, Any] = {"gravity": 9.81, "start": "seated"}
-    steep_friction = {"contact": contact_section(1e9, 0.1), "friction": tanh_section(0.3, 1e-5), "speed": 60} | loaded
-    cases = [crank_case("damping", "C", f"{text} N s/m", contact=voigt_section(float(text))) for text in ("1e6", "1e7")]
-    for opening in ("BC", "ABC"):
-        cases.append(crank_case("damping", opening, "1e6 N s/m", speed=1500, contact=voigt_section(1e6)))
-    for text in ("1e13", "1e14"):
-        contact = contact_section(float(text), 0.01)
-        cases.append(
-            crank_case("stiffness", "C", f"{text}, restitution 0.01, 300 rpm", speed=300, contact=contact, **loaded)
-        )
-    return [*cases, *(crank_case("friction", each, "full at 1e-5 m/s, 60 rpm", **steep_friction) for each in "CB")]
+    return cases_of("methods")
 
 
 def measure_stiff(*, quick: bool = False, report_progress: Callable[[str], None] = lambda step: None) -> dict[str, Any]:

@@ -4,7 +4,16 @@ import math
 
 import numpy as np
 
-from .extremes import MAX_OSCILLATIONS, ExtremeCase, Levels, Section, balanced_levels, contact_section, tanh_section
+from .extremes import (
+    MAX_OSCILLATIONS,
+    ExtremeCase,
+    Levels,
+    Section,
+    balanced_levels,
+    contact_section,
+    read_levels,
+    tanh_section,
+)
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Cases of the stability table with loads, free cranks, four-bars, guides, elastic rods: a factorial drawn by a seed.
@@ -16,15 +25,6 @@ from .extremes import MAX_OSCILLATIONS, ExtremeCase, Levels, Section, balanced_l
 
 MACHINE_SEED, CASES_PER_MACHINE = 20261122, 16
 LINKS = {"crank": (0.05, 0.3, 1e-4), "rod": (0.12, 0.21, 2.5e-4), "rocker": (0.1, 0.25, 2.2e-4)}  # m, kg, kg m^2
-MACHINE_FACTORS = {
-    "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm; of a free crank near its steady speed
-    "clearance": (1e-6, 3e-5, 3e-4, 2e-3),  # m
-    "restitution": (0.05, 0.5, 0.9, 1.0),
-    "softness": (0.0, 0.33, 0.67, 1.0),  # position of the stiffness on the logarithmic scale from softest to stiffest
-    "load": (0.0, 1.0, 30.0, 1000.0),  # N on the slider, or N m / 10 on the rocker
-    "friction": (0.0, 0.0, 0.1, 0.5),
-    "mass": (0.1, 1.0, 1.0, 30.0),  # factor on all masses and inertias
-}
 
 
 def machine_cases() -> list[ExtremeCase]:
@@ -41,7 +41,9 @@ def machine_cases() -> list[ExtremeCase]:
     return [
         ExtremeCase(f"{name}/{number:02d} {text.format(**levels)}", family(levels))
         for name, family in families.items()
-        for number, levels in enumerate(balanced_levels(generator, MACHINE_FACTORS, CASES_PER_MACHINE))
+        for number, levels in enumerate(
+            balanced_levels(generator, read_levels()["factors"]["machines"], CASES_PER_MACHINE)
+        )
     ]
 
 
@@ -150,16 +152,6 @@ def _elastic_rod_grid(levels: Levels) -> Section:
 
 SPATIAL_SEED, CASES_PER_FORM = 20261122, 8
 SPATIAL_RADIUS, SPATIAL_LENGTH = 0.01, 0.02  # m, of the bearing
-SPATIAL_FACTORS = {
-    "speed": (30.0, 300.0, 1500.0, 6000.0),  # rpm
-    "clearance": (3e-6, 3e-5, 2e-4, 1e-3),  # m
-    "axial": (0.3, 1.0, 3.0, 10.0),  # axial clearance over the radial one
-    "restitution": (0.05, 0.5, 0.9, 1.0),
-    "softness": (0.0, 0.33, 0.67, 1.0),  # position of the stiffness on the logarithmic scale from softest to stiffest
-    "friction": (0.0, 0.0, 0.1, 0.5),
-    "mass": (0.1, 1.0, 1.0, 30.0),  # factor on all masses and inertias
-    "tilt": (0.0, 0.1, 0.3, 0.7),  # share of the tilt that the clearances allow
-}
 #: The open joint, the freedoms of the other one, and whether there are flanges.
 FORMS = {
     "flanges": ("crank-rod", "spherical", True),
@@ -173,7 +165,9 @@ def spatial_cases() -> list[ExtremeCase]:
     """Return all cases."""
     generator, cases = np.random.default_rng(SPATIAL_SEED), []
     for name, (clearance_joint, freedoms, flange) in FORMS.items():
-        for number, levels in enumerate(balanced_levels(generator, SPATIAL_FACTORS, CASES_PER_FORM)):
+        for number, levels in enumerate(
+            balanced_levels(generator, read_levels()["factors"]["spatial"], CASES_PER_FORM)
+        ):
             grid = _spatial_grid(levels, clearance_joint, freedoms)
             grid["joints"][clearance_joint] |= _axial_sections(levels, flange=flange)
             text = "{speed:g} rpm, {clearance:.0e} m, e {restitution:g}, tilt {tilt:g}"
@@ -233,18 +227,6 @@ def _spatial_grid(levels: Levels, clearance_joint: str, freedoms: str) -> Sectio
 FILM_SEED, FILMS_PER_FAMILY = 20261123, 15
 FILM_RADIUS, FILM_LENGTH = 0.02, 0.04  # m
 SLIDER_MASS = 0.14  # kg
-FILM_FACTORS = {
-    "speed": (60.0, 300.0, 1500.0, 3000.0, 6000.0),  # rpm
-    "clearance": (1e-5, 3e-5, 1e-4, 2e-4, 5e-4),  # m
-    "scarcity": (0.03, 0.1, 0.3, 1.0, 10.0),  # load over the film's load capacity at half the clearance
-    "law": (0, 1, 2, 3, 4),  # of LAWS
-    "mass": (0.1, 1.0, 1.0, 1.0, 10.0),  # factor on all masses and inertias
-    "softness": (0.2, 0.4, 0.6, 0.8, 1.0),  # position of the stiffness in its range, as in MACHINE_FACTORS
-    "restitution": (0.05, 0.3, 0.5, 0.9, 1.0),
-    "friction": (0.0, 0.0, 0.05, 0.1, 0.3),
-    "width": (5e-7, 1e-6, 2e-6, 2e-6, 5e-6),  # m, of the transition
-    "opening": (0, 0, 0, 1, 2),  # of OPENINGS
-}
 FILM_LAWS = ("finite", "short", "long", "pinkus-sternlicht", "reynolds")
 OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
 
@@ -257,7 +239,7 @@ def film_cases() -> list[ExtremeCase]:
             f"{family}/{number:02d} {_film_levels_text(levels)}", _film_grid(levels, dry=family == "mixed film")
         )
         for family in ("film", "mixed film")
-        for number, levels in enumerate(balanced_levels(generator, FILM_FACTORS, FILMS_PER_FAMILY))
+        for number, levels in enumerate(balanced_levels(generator, read_levels()["factors"]["films"], FILMS_PER_FAMILY))
     ]
 
 

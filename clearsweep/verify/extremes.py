@@ -6,12 +6,15 @@ penetration under load is smaller than the joint.  A contact has at most some 1e
 the group `dear`, whose cases may need more steps than the budget.
 """
 
+import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import resources
 from typing import Any, NamedTuple
 
 import numpy as np
+from ruamel.yaml import YAML
 
 from .. import grid
 from ..contracts.case import column_name
@@ -22,11 +25,10 @@ from .reference_run import with_values
 JOINTS = ("ground-crank", "crank-rod", "rod-slider")
 JOINT_BY_LETTER = dict(zip("ABC", JOINTS, strict=True))
 OPENINGS = ("A", "B", "C", "AB", "AC", "BC", "ABC")
-_SPEEDS = (100, 200, 500, 1000, 2000, 5000, 5000, 5000, 5000, 5000)  # rpm
-STIFFNESS_AND_SPEED = {10.0**power: speed for power, speed in enumerate(_SPEEDS, 5)}  # N/m^1.5 -> rpm
-SPEED_AND_STIFFNESS = (  # rpm, N/m^1.5
-    *((1, 1e6), (3, 1e7), (10, 1e8), (30, 1e9), (100, 1e9), (300, 1e10), (1000, 1e10), (3000, 1e10)),
-    *((10000, 1e11), (20000, 1e12), (50000, 1e12)),
+#: Keys of a case that are no arguments of `slider_crank_grid`, see `case_of`.
+CASE_KEYS = (
+    *("opening", "stiffness", "restitution", "damping", "friction", "coefficient", "velocity_scale"),
+    *("forward", "sideways", "tuning", "tuned", "low", "high", "label"),
 )
 MIXED_CASE_COUNT, SEED = 48, 20240229  # drawn at random with a fixed seed
 SURFACES = ("johnson/fractal", "compatible/kogut-etsion", "compatible/", "power/fractal")  # elastic law/roughness
@@ -66,11 +68,6 @@ def voigt_section(damping: float, stiffness: float = 1e8) -> Section:
 def tanh_section(coefficient: float, scale: float = 1e-3) -> Section:
     """Return a friction section."""
     return {"law": "tanh", "coefficient": coefficient, "velocity_scale": scale}
-
-
-def ambrosio_section(coefficient: float) -> Section:
-    """Return a friction section with a dead band."""
-    return {"law": "ambrosio", "coefficient": coefficient, "v0": 1e-3, "v1": 1e-2}
 
 
 def slider_crank_grid(  # noqa: PLR0913 - parameters that differ between cases, by name
@@ -135,87 +132,61 @@ def balanced_levels(
 def extreme_cases() -> list[ExtremeCase]:
     """Return all cases of the table except those of `extreme_machines`."""
     return [
-        *_one_quantity_cases(),
-        *_degenerate_cases(),
-        *_tuned_cases(),
-        *_stiff_cases(),
+        *cases_of("table"),
         *_mixed_cases(),
-        *_impact_pair_cases(),
+        *cases_of("pairs"),
         *_rough_cases(),
-        *_expensive_cases(),
+        *cases_of("dear"),
     ]
 
 
-def crank_case(group: str, opening: str, text: str, **settings: Any) -> ExtremeCase:
-    """Return a case of `slider_crank_grid` with these settings."""
-    return ExtremeCase(f"{group}/{opening} {text}", slider_crank_grid(opening, **settings))
+def cases_of(part: str) -> list[ExtremeCase]:
+    """Return the cases of a part of `references/extremes.yaml`: one for each combination of levels of each group."""
+    cases = []
+    for entry in read_levels()[part]:
+        axes = [
+            [{key: value} for key, values in axis.items() for value in values] if isinstance(axis, dict) else axis
+            for axis in entry.get("vary", [])
+        ]
+        for combination in itertools.product(*axes):
+            levels = entry.get("with", {}) | {key: value for level in combination for key, value in level.items()}
+            cases.append(case_of(entry["group"], entry["text"].format(**levels), dict(levels)))
+    return cases
 
 
-def _one_quantity_cases() -> Iterator[ExtremeCase]:
-    """Yield cases in which one quantity varies over its range."""
-    for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
-        contact = contact_section(stiffness)
-        yield crank_case("stiffness", opening, f"{stiffness:.0e}", speed=speed, contact=contact)
-    for clearance, opening in itertools.product((1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")):
-        yield crank_case("clearance", opening, f"{clearance:.0e} m", speed=1500, clearance=clearance)
-    for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
-        contact = contact_section(restitution=restitution)
-        yield crank_case("restitution", opening, f"{restitution:g}", contact=contact)
-    for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS, ("C", "ABC")):
-        contact = contact_section(stiffness, 0.7)
-        yield crank_case("speed", opening, f"{speed} rpm", speed=speed, contact=contact, gravity=9.81)
-    sections = {"tanh": tanh_section, "ambrosio": ambrosio_section}
-    for law, opening in (("tanh", "C"), ("ambrosio", "C"), ("tanh", "BC"), ("tanh", "ABC")):
-        for coefficient in (0.01, 0.1, 0.3, 0.5, 1.0):
-            friction = sections[law](coefficient)
-            yield crank_case("friction", opening, f"{law} {coefficient:g}", speed=3000, friction=friction, gravity=9.81)
-    for mass_factor, opening in itertools.product((1e-2, 1e-1, 10.0, 1e2), ("C", "BC", "ABC")):
-        yield crank_case("mass", opening, f"all x {mass_factor:g}", mass_factor=mass_factor, speed=2000)
-    for slider_mass, opening in itertools.product((1e-3, 1e-2, 1.0, 10.0), ("C", "BC")):
-        yield crank_case("mass", opening, f"slider {slider_mass:g} kg", slider_mass=slider_mass, speed=2000)
+@functools.cache
+def read_levels() -> dict[str, Any]:
+    """Return the content of `references/extremes.yaml`."""
+    file = resources.files(__package__) / "references" / "extremes.yaml"
+    content: dict[str, Any] = YAML(typ="safe", pure=True).load(file.read_text(encoding="utf-8"))
+    return content
 
 
-def _degenerate_cases() -> Iterator[ExtremeCase]:
-    """Yield starts in contact, exactly centred without gravity, and at the bearing's edge without force or speed."""
-    for opening, speed in itertools.product(OPENINGS, (300, 5000)):
-        settings = {"contact": contact_section(restitution=0.5), "gravity": 9.81, "start": "seated"}
-        yield crank_case("seated", opening, f"{speed} rpm", speed=speed, **settings)
-    for opening in OPENINGS:
-        yield crank_case("centred", opening, "weightless", speed=1000, contact=contact_section(1e9, 0.5))
-    for speed in (1, 10, 100):
-        yield crank_case("centred", "C", f"weightless, {speed} rpm", speed=speed, contact=contact_section(1e7, 0.1))
-    for forward, sideways in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
-        for speed in (100, 3000):
-            text = f"at {forward:.2g}, {sideways:.2g} clearances, {speed} rpm"
-            case = crank_case("touching", "C", text, speed=speed, contact=contact_section(1e10, 0.5))
-            yield case._replace(displacement=(forward, sideways))
+def case_of(group: str, text: str, levels: Section) -> ExtremeCase:
+    """Return the case with these levels, from which what it uses is taken.
 
-
-def _tuned_cases() -> Iterator[ExtremeCase]:
-    """Yield grazing onsets, and simultaneous onsets of two joints."""
-    for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
-        contact = contact_section(restitution=restitution)
-        case = crank_case("graze", opening, f"{speed} rpm {restitution:g}", speed=speed, contact=contact)
-        yield case._replace(tuning=("graze", f"joints.{JOINT_BY_LETTER[opening]}.clearance", 1e-4, 3e-3))
-    for (letter, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
-        case = crank_case("simultaneous", opening, f"{speed} rpm", speed=speed)
-        yield case._replace(tuning=("meet", f"joints.{JOINT_BY_LETTER[letter]}.clearance", 1e-6, 4e-3))
-    for opening in ("BC", "ABC"):  # all separate together, from rest under their static load
-        contact = contact_section(1e12)
-        yield crank_case("simultaneous", opening, "equal joints, seated", contact=contact, start="seated")
-
-
-def _stiff_cases() -> Iterator[ExtremeCase]:
-    """Yield contacts whose damping or friction is faster than the motion."""
-    for damping, opening, speed in itertools.product((1e6, 1e7), ("C", "BC"), (300, 1500, 5000)):
-        contact = voigt_section(damping)
-        yield crank_case("stiff", opening, f"damping {damping:.0e}, {speed} rpm", speed=speed, contact=contact)
-    for stiffness, opening in itertools.product((1e12, 1e13, 1e14), ("C", "B")):
-        settings = {"contact": contact_section(stiffness, 0.01), "gravity": 9.81}
-        yield crank_case("stiff", opening, f"{stiffness:.0e}, restitution 0.01", speed=300, **settings)
-    for scale, opening in itertools.product((1e-3, 1e-4, 1e-5), ("C", "B")):
-        settings = {"contact": contact_section(1e9, 0.1), "friction": tanh_section(0.3, scale), "gravity": 9.81}
-        yield crank_case("stiff", opening, f"friction full at {scale:.0e} m/s", speed=60, **settings)
+    `opening` : the open joints; `damping` : of a linear contact; `stiffness`, `restitution` : of any other;
+    `friction` : its law, with `coefficient` and `velocity_scale`; `forward`, `sideways` : displacement of the slider at
+    the start, in clearances; `tuning` : graze or meet, by the clearance of joint `tuned` between `low` and `high`;
+    `label` : words for the text.  All others are arguments of `slider_crank_grid`, or of `impact_pair_grid`.
+    """
+    if "opening" not in levels:
+        return ExtremeCase(f"{group}/{text}", impact_pair_grid(**levels))
+    taken = {key: levels.pop(key) for key in CASE_KEYS if key in levels}
+    contact = {key: taken[key] for key in ("stiffness", "restitution") if key in taken}
+    levels["contact"] = voigt_section(taken["damping"]) if "damping" in taken else contact_section(**contact)
+    if "friction" in taken:
+        law = {"tanh": {"velocity_scale": taken.get("velocity_scale", 1e-3)}, "ambrosio": {"v0": 1e-3, "v1": 1e-2}}
+        coefficient = taken["coefficient"]
+        levels["friction"] = {"law": taken["friction"], "coefficient": coefficient} | law[taken["friction"]]
+    tuning: tuple = ()
+    if "tuning" in taken:
+        path = f"joints.{JOINT_BY_LETTER[taken['tuned']]}.clearance"
+        tuning = taken["tuning"], path, taken["low"], taken["high"]
+    displacement = (taken["forward"], taken["sideways"]) if "forward" in taken else ()
+    return ExtremeCase(
+        f"{group}/{taken['opening']} {text}", slider_crank_grid(taken["opening"], **levels), displacement, tuning
+    )
 
 
 def _mixed_cases() -> Iterator[ExtremeCase]:
@@ -249,17 +220,6 @@ def _mixed_cases() -> Iterator[ExtremeCase]:
         yield ExtremeCase(f"mixed/{number:02d} {opening}", grid)
 
 
-def _impact_pair_cases() -> Iterator[ExtremeCase]:
-    """Yield impacts of two bodies."""
-    for stiffness, restitution in itertools.product((1e5, 1e9, 1e14), (0.01, 0.5, 1.0)):
-        yield ExtremeCase(
-            f"pair/{stiffness:.0e}, restitution {restitution:g}", impact_pair_grid(stiffness, restitution)
-        )
-    yield ExtremeCase("pair/mass ratio 1e4", impact_pair_grid(1e9, 0.5, masses=(0.01, 100.0)))
-    yield ExtremeCase("pair/creeping", impact_pair_grid(1e5, 0.5, speed=1e-4))
-    yield ExtremeCase("pair/tight", impact_pair_grid(1e10, 0.5, clearance=1e-7))
-
-
 def _rough_cases() -> Iterator[ExtremeCase]:
     """Yield rough and conformal joints in which all quantities differ."""
     generator = np.random.default_rng(ROUGH_SEED)
@@ -280,14 +240,6 @@ def _rough_cases() -> Iterator[ExtremeCase]:
         if roughness_law:
             grid["joints"][JOINT_BY_LETTER["C"]]["roughness"] = {"law": roughness_law, "hardness": hardness, **texture}
         yield ExtremeCase(f"rough/{number:02d} {elastic_law}{' ' * bool(roughness_law)}{roughness_law}", grid)
-
-
-def _expensive_cases() -> Iterator[ExtremeCase]:
-    """Yield contacts with so many oscillations per revolution that they may exceed the budget of steps."""
-    undamped = contact_section(1e14, 1.0)
-    yield crank_case("dear", "C", "undamped 1e14, 1 rpm", speed=1, contact=undamped)
-    yield crank_case("dear", "ABC", "undamped 1e14, 1 rpm", speed=1, contact=undamped, gravity=9.81)
-    yield crank_case("dear", "C", "1e14, 10 rpm", speed=10, contact=contact_section(1e14, 0.9), gravity=9.81)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
