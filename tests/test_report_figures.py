@@ -379,7 +379,7 @@ SWEEP = {CLEARANCE: [5e-5, 1e-4, 2e-4], STIFFNESS: [1e9, 1e10], "drive.speed": [
 
 
 def wear_blocks(run, kind):
-    return [block for part in sections.wear_sections(prepare(run)) for block in part.blocks if type(block) is kind]
+    return [block for part in sections.wear.wear_sections(prepare(run)) for block in part.blocks if type(block) is kind]
 
 
 def test_depths_round_both_bodies_are_drawn_where_they_are_and_on_one_scale():
@@ -448,7 +448,7 @@ def test_pressure_and_wear_are_mapped_over_the_axes_that_move_them():
 
 def answers(run):
     """Return (what is said, rows of the table) of the trends of a run."""
-    (part,) = sections.trend_sections(prepare(run))
+    (part,) = sections.drivers.trend_sections(prepare(run))
     text = next(block for block in part.blocks if isinstance(block, Points)).texts
     table = next(block for block in part.blocks if isinstance(block, Table))
     return text, {row[0]: row for row in table.rows}
@@ -524,7 +524,7 @@ def test_of_what_is_not_swept_nothing_is_said_and_of_one_case_nothing_decided():
     text, rows = answers(Run(sweep={}))
     assert list(rows) == ["uneven round the bearing", "uneven round the journal"]
     assert text == ["Not decided: uneven round the bearing and uneven round the journal."]
-    assert sections.trend_sections(prepare(Run(wear=False))) == []
+    assert sections.drivers.trend_sections(prepare(Run(wear=False))) == []
 
 
 def test_an_even_wear_is_distinguished_from_an_uneven_one(monkeypatch):
@@ -581,7 +581,7 @@ def living():
 
 
 def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
-    (part,) = sections.life_sections(prepare(living()))
+    (part,) = sections.wear.life_sections(prepare(living()))
     (gallery,) = part.blocks
     mapped, depth, growth, force = gallery.pictures
     assert "Life" in mapped.title
@@ -595,7 +595,7 @@ def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
 
 
 def test_a_run_without_a_life_has_no_section_on_it():
-    assert sections.life_sections(prepare(Run(sweep=SWEEP))) == []
+    assert sections.wear.life_sections(prepare(Run(sweep=SWEEP))) == []
 
 
 JOINT = "joints.rod-slider"

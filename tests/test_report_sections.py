@@ -172,7 +172,7 @@ def test_a_table_in_markdown_names_its_other_rows_and_escapes_dividers():
 def test_bins_that_are_too_coarse_for_the_arcs_are_reported_with_how_many_would_do(enough, remedy):
     run = Run()
     run.summary["rod_slider_wear_bins_enough"] = float(enough)
-    (section_,) = sections.wear_sections(prepare(run))
+    (section_,) = sections.wear.wear_sections(prepare(run))
     message = " ".join(text for block in section_.blocks if isinstance(block, Sentences) for text in block.texts)
     assert ("360 bins are too coarse in" in message) == (remedy is not None)
     assert remedy is None or remedy in message
@@ -184,7 +184,7 @@ def test_wear_is_shown_in_units_of_designers_beside_those_of_the_window():
     turns = prepared.base["simulate"]["revolutions"] - prepared.base["simulate"]["discard"]
     assert hours == pytest.approx(prepared.cases["rod_slider_wear_rate_max"] * 1000.0 * 3600.0)
     assert strokes == pytest.approx(prepared.cases["rod_slider_wear_depth_max"] / turns * 1e6)
-    (table,) = [block for block in sections.wear_sections(prepared)[0].blocks if isinstance(block, Table)]
+    (table,) = [block for block in sections.wear.wear_sections(prepared)[0].blocks if isinstance(block, Table)]
     assert {"depth per 1000 h", "depth per 10⁶ strokes", "pressure peak", "pV peak"} <= {
         column.name for column in table.columns
     }
@@ -206,7 +206,7 @@ def test_what_does_not_answer_the_question_is_folded_by_subject(tmp_path):
     assert re.findall(r"<summary><b>([^<]*)</b>", folded) == subjects
     assert folded.count("<summary><b>") == 5
     assert seen.count("<details>") == 1  # what the player of the worst case does not show
-    (worst,) = sections.case_sections(prepare(Run(failures=8)))
+    (worst,) = sections.cases.case_sections(prepare(Run(failures=8)))
     (detail,) = worst.blocks
     if detail.player:
         assert not {picture.title for picture in detail.pictures} & {"Journal orbit", "Normal force", "Crank torque"}
