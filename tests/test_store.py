@@ -452,11 +452,10 @@ def test_numbers_of_a_column_are_nan_where_it_is_null():
 
 
 @pytest.mark.parametrize("kind", [pa.float64(), pa.int64(), pa.string()])
-def test_few_rows_are_selected_and_read_as_arrow_does(kind, monkeypatch):
-    values = ["ab", None, "", "c", "ab"] if kind == pa.string() else [3, None, 2**60, -1, 0]
-    column, positions = datasets.column_of(values, kind).slice(1), np.array([3, 0, 2, 2])
-    few = datasets.rows_at(column, positions), datasets.values_of(column)
-    monkeypatch.setattr(datasets, "FEW_ROWS", 0)
-    assert few[0].equals(datasets.rows_at(column, positions))
-    assert few[0].to_pylist() == [values[1 + position] for position in positions]
-    np.testing.assert_array_equal(few[1], datasets.values_of(column))
+def test_rows_of_a_column_are_those_that_arrow_takes(kind):
+    values = ["ab", None, "", "\u00b5m", "ab"] if kind == pa.string() else [3, None, 2**60, -1, 0]
+    for column in (datasets.column_of(values, kind).slice(1), datasets.column_of(values, kind), pa.array(["a"] * 5)):
+        for positions in (np.array([3, 0, 2, 2]), np.zeros(0, int)):
+            rows = datasets.rows_at(column, positions)
+            rows.validate(full=True)
+            assert rows.equals(column.take(pa.array(positions, pa.int64())))

@@ -143,9 +143,16 @@ def combined_codes(columns: Sequence[np.ndarray], count: int) -> np.ndarray:
     """Return one number for each case that is equal where all codes are; columns : (n,) each."""
     number = np.zeros(count, np.int64)
     for codes in columns:
-        number = number * (int(codes.max(initial=0)) + 2) + codes + 1
-        number = np.unique(number, return_inverse=True)[1].reshape(-1)
+        number = _without_gaps(number * (int(codes.max(initial=0)) + 2) + codes + 1)
     return number
+
+
+def _without_gaps(numbers: np.ndarray) -> np.ndarray:
+    """Return the place of each number, from 0, among those that occur, (n,); sorting takes five times the memory."""
+    if numbers.max(initial=0) > 4 * len(numbers):
+        numbers = np.unique(numbers, return_inverse=True)[1].reshape(-1)
+    places: np.ndarray = (np.cumsum(np.bincount(numbers) > 0) - 1)[numbers]
+    return places
 
 
 def codes_of(values: np.ndarray) -> tuple[list, np.ndarray]:
@@ -184,7 +191,7 @@ def _array(values: Any) -> np.ndarray:
 def _floats(values: np.ndarray) -> np.ndarray:
     if values.dtype.kind == "O":
         return np.array([np.nan if is_missing(value) else value for value in values.tolist()], float)
-    return values.astype(float)
+    return values.astype(float, copy=False)
 
 
 # ---------------------------------------------------------------------------------------------- statistics
@@ -255,8 +262,7 @@ def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list
     known = values[is_known]
     is_positive = bool((known > 0.0).all())
     residuals = np.log(known) if is_positive else known / max(float(np.abs(known).max(initial=0.0)), 1e-300)
-    shifted = [indices[is_known] + 1 for indices in value_indices]  # from 0; then renumbered without gaps
-    groups = [(np.cumsum(np.bincount(each) > 0) - 1).astype(each.dtype)[each] for each in shifted]
+    groups = [_without_gaps(indices[is_known] + 1).astype(indices.dtype) for indices in value_indices]
     freedoms = [int(group.max(initial=0)) for group in groups]
     residual_freedom = len(residuals) - 1 - sum(freedoms)
     residuals -= residuals.mean() if len(residuals) else 0.0

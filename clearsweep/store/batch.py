@@ -41,7 +41,7 @@ from .datasets import (
 )
 from .record import MisshapenError, check_facts, kind_of_axis
 
-GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
+GROUP_ROWS = 8192  # rows of a group of the summary, and of what is worked at in one go
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms
 DATASET_BYTES = 4096  # bytes of a file for the description of a dataset, more than HDF5 needs
 MAX_ROWS = 2**17  # cases of a batch, as many as of a block

@@ -24,7 +24,7 @@ import pyarrow.parquet as pq
 from ..grid import Grid
 from . import durable
 from .batch import ResultSchema
-from .datasets import array_of, values_of
+from .datasets import table_rows_at, values_of
 from .directory import BLOCKS, DATASET, IDS_FILE, LOCK, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .merged import ComputePeakRevolutions, content_hash_of, worst_with_peaks, write_orbits, write_summary
 
@@ -228,7 +228,7 @@ class Sampler:
     def add(self, table: pa.Table, columns: dict[str, np.ndarray]) -> None:
         """Add rows, with their `columns` as arrays."""
         if (missing := self.rows - self.random_count) > 0:
-            self.random_rows.append(_copy_rows(table, np.arange(min(missing, len(table)))))
+            self.random_rows.append(table_rows_at(table, np.arange(min(missing, len(table)))))
             self.random_count += len(self.random_rows[-1])
         ids = columns["case_id"].tolist()
         for name, values in columns.items():
@@ -248,7 +248,7 @@ class Sampler:
         for case_id in selected_ids - self.selected.keys():
             position = bisect_left(ids, case_id)
             if position < len(ids) and ids[position] == case_id:
-                self.selected[case_id] = _copy_rows(table, np.array([position]))
+                self.selected[case_id] = table_rows_at(table, np.array([position]))
         self.selected = {case_id: row for case_id, row in self.selected.items() if case_id in selected_ids}
 
     def table(self, schema: pa.Schema) -> pa.Table:
@@ -257,11 +257,6 @@ class Sampler:
         drawn_ids = set(random_rows["case_id"].to_pylist())
         others = [row for case_id, row in sorted(self.selected.items()) if case_id not in drawn_ids]
         return pa.concat_tables([random_rows, *others]).combine_chunks()
-
-
-def _copy_rows(table: pa.Table, positions: np.ndarray) -> pa.Table:
-    """Return a copy of some rows, so that the memory of the others can be freed."""
-    return table.take(array_of([None, positions.astype("i8")], pa.int64(), len(positions)))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -19,7 +19,7 @@ from ..language.errors import DamagedError, DirectoryError, InputError
 from . import durable
 from .batch import GROUP_ROWS, open_table
 from .blocks import SAMPLE_FILE, Block, numbers_of_blocks, read_mark
-from .datasets import EVENT, ID_LENGTH, StoredNames, read_values, values_of
+from .datasets import EVENT, ID_LENGTH, StoredNames, read_values, table_rows_at, values_of
 from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
 from .parts import Part, attributes_of, damage_said, plausible, to_frame
 from .read import EVENT_COLUMNS, HEXADECIMAL, OFFSETS_BY_ITEM, StoredRun
@@ -249,7 +249,7 @@ class BlockedRun(StoredRun):
         for part, mark, table in zip(self.parts, self._marks, self.samples, strict=True):
             ids = table["case_id"].to_pylist()
             selected = [index for index, case_id in enumerate(ids) if index < mark["drawn"] or case_id in extreme_ids]
-            yield part, table.take(pa.array(selected, pa.int64()))
+            yield part, table_rows_at(table, np.array(selected, int))
 
     def matching(self, condition: Condition, columns: list[str] | None = None) -> "pd.DataFrame":
         """Return the rows of the summary that meet a condition; parts that cannot contain any are not read."""
@@ -338,8 +338,6 @@ class SampledRun(BlockedRun):
 
     def __init__(self, run: BlockedRun):
         """Take the run."""
-        import pyarrow.compute as pc
-
         self.whole = run
         self.directory = run.directory
         self.files_directory = run.files_directory
@@ -348,7 +346,7 @@ class SampledRun(BlockedRun):
         self.parts, self._marks = run.parts, run.marks()
         self._sampled = list(run.sampled_parts())
         rows = pa.concat_tables([table for _, table in self._sampled])
-        self._sample = rows.take(pc.sort_indices(rows, [("case_id", "ascending")])).combine_chunks()
+        self._sample = table_rows_at(rows, np.argsort(values_of(rows["case_id"].combine_chunks())))
 
     def __len__(self) -> int:
         return len(self._sample)

@@ -22,7 +22,6 @@ from .record import MisshapenError
 # Columns of Arrow tables: their fields, and their values as arrays of numpy and back, without loading pandas.
 
 
-FEW_ROWS = 1024  # rows of a column up to which Arrow's own functions would take less time than their loading, 65 ms
 LARGEST = 1e100  # size of a number in results, far above that of a grid; beyond, and if it is not finite, it is null
 
 
@@ -65,36 +64,43 @@ def values_of(column: pa.Array) -> np.ndarray:
         return words_of(column)
     span = slice(column.offset, column.offset + len(column))
     values = np.frombuffer(column.buffers()[1], column.type.to_pandas_dtype())[span].astype(float)
-    values[_nulls(column)] = np.nan
+    if column.null_count:
+        values[_bits(column.buffers()[0])[span] == 0] = np.nan
     return values
 
 
 def words_of(column: pa.Array) -> np.ndarray:
-    """Return a column of texts as objects, None for null; equal texts of many are one object."""
-    if len(column) <= FEW_ROWS:
-        return np.array([*column.to_pylist(), None], object)[:-1]
-    encoded = column.dictionary_encode()
-    codes = np.frombuffer(encoded.indices.buffers()[1], "i4")[: len(column)].copy()
-    codes[_nulls(encoded.indices)] = len(encoded.dictionary)
-    vocabulary = np.array([*encoded.dictionary.to_pylist(), None], object)
-    values: np.ndarray = vocabulary[codes]
-    return values
+    """Return a column of texts as objects, None for null; equal texts are one object."""
+    words = column.to_pylist()
+    first_of = dict[str | None, str | None]()
+    return np.array([*map(first_of.setdefault, words, words)], object)
 
 
 def rows_at(column: pa.Array, positions: np.ndarray) -> pa.Array:
-    """Return the rows of a column at some positions."""
-    if len(column) > FEW_ROWS:
-        return column.take(array_of([None, np.ascontiguousarray(positions, "i8")], pa.int64(), len(positions)))
-    values = column.to_pylist()
-    return column_of([values[position] for position in positions.tolist()], column.type)
+    """Return the rows of a column at some positions; Arrow's own functions take 28 ms and 12 MB to load."""
+    places = positions + column.offset
+    valid, content, *texts = column.buffers()
+    if texts:
+        bounds = np.frombuffer(content, "i4")
+        lengths = bounds[places + 1] - bounds[places]
+        ends = np.concatenate([[0], np.cumsum(lengths)])
+        letters = np.repeat(bounds[places] - ends[:-1], lengths) + np.arange(ends[-1])
+        taken = [ends.astype("i4"), np.frombuffer(texts[0] or b"", "u1")[letters]]
+    else:
+        taken = [np.frombuffer(content, column.type.to_pandas_dtype())[places]]
+    valid = valid and np.packbits(_bits(valid)[places], bitorder="little")
+    return array_of([valid, *taken], column.type, len(positions))
 
 
-def _nulls(column: pa.Array) -> np.ndarray:
-    """Return the indices of the nulls of a column."""
-    if not column.null_count:
-        return np.empty(0, int)
-    bits = np.unpackbits(np.frombuffer(column.buffers()[0], "u1"), bitorder="little")
-    return np.flatnonzero(bits[column.offset : column.offset + len(column)] == 0)
+def table_rows_at(table: pa.Table, positions: np.ndarray) -> pa.Table:
+    """Return the rows of a table at some positions as a copy, so that the memory of the others can be freed."""
+    columns = [rows_at(column.combine_chunks(), positions) for column in table.columns]
+    return pa.Table.from_arrays(columns, schema=table.schema)
+
+
+def _bits(buffer: pa.Buffer) -> np.ndarray:
+    """Return the bits of a buffer, which are 0 for the nulls of a column."""
+    return np.unpackbits(np.frombuffer(buffer, "u1"), bitorder="little")
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -20,6 +20,7 @@ import pyarrow.parquet as pq
 from ..contracts.results import Peak
 from ..language import phases
 from ..language.errors import DamagedError, StorageError
+from ..language.wording import is_missing
 from . import durable
 from .batch import (
     GROUP_ROWS,
@@ -112,20 +113,20 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
         for positions in row_sets:
             file = files.enter_context(tempfile.TemporaryFile(dir=run.scratch if run.scratch.is_dir() else None))
             bounds = np.searchsorted(positions, group_bounds)
-            columns, order = _rows_of_batches(run, schema, rows[positions])
+            unsorted, order = _rows_of_batches(run, schema, rows[positions])
             with pa.ipc.new_stream(file, schema) as writer:
-                in_memory = list(columns)
+                in_memory = list(unsorted)
                 for first, last in itertools.pairwise(bounds.tolist()):
                     selected = [rows_at(column, order[first:last]) for column in in_memory]
                     writer.write_batch(pa.RecordBatch.from_arrays(selected, schema=schema))
             file.seek(0)
             sorted_rows.append((positions, bounds, pa.ipc.open_stream(file)))
         for k in range(len(group_bounds) - 1):
-            group = pa.Table.from_batches([reader.read_next_batch() for *_, reader in sorted_rows], schema)
+            columns = pa.Table.from_batches([reader.read_next_batch() for *_, reader in sorted_rows], schema).columns
             order = np.argsort(
                 np.concatenate([positions[bounds[k] : bounds[k + 1]] for positions, bounds, _ in sorted_rows])
             )
-            in_order = [rows_at(column.combine_chunks(), order) for column in group.columns]
+            in_order = [rows_at(columns.pop(0).combine_chunks(), order) for _ in schema]
             yield pa.Table.from_arrays(in_order, schema=schema)
 
 
@@ -433,16 +434,13 @@ def _cases_with_largest(result_schema: ResultSchema, groups: ReadGroups, names: 
         for row in np.lexsort((columns["case_id"], -largest))[: result_schema.worst].tolist():
             if np.isfinite(largest[row]):
                 joint = int(np.nanargmax(figures[:, row]))
-                point = {path: _plain_value(columns[path][row]) for path in paths}
+                values = {path: columns[path].item(row) for path in paths}
+                point = {path: None if is_missing(value) else value for path, value in values.items()}
                 length = [float(columns[name][row]) if name in optional else None for name in _LENGTH_COLUMNS]
                 case = Worst(columns["case_id"][row], point, joint, float(columns[peaks[joint]][row]), *length)
                 ranked.append((float(largest[row]), case))
     ranked.sort(key=lambda entry: (-entry[0], entry[1].case_id))
     return [case for _, case in ranked[: result_schema.worst]]
-
-
-def _plain_value(value: Any) -> Any:
-    return value if isinstance(value, str) else None if value is None or np.isnan(value) else float(value)
 
 
 def write_worst(file: Hdf5, result_schema: ResultSchema, cases: Sequence[tuple[Worst, Peak]]) -> None:

@@ -20,7 +20,6 @@ from . import durable
 from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column
 from .datasets import (
     EVENT,
-    FEW_ROWS,
     GROUP,
     ID_LENGTH,
     JOINT,
@@ -36,7 +35,7 @@ from .datasets import (
     values_of,
 )
 from .directory import ANSWER_FILES, FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
-from .parts import Part, attributes_of, plausible, to_frame, unfinished_error
+from .parts import Part, attributes_of, damage_said, plausible, to_frame, unfinished_error
 from .record import RECORD_FILE, check_format, damaged_error, declared_values, kind_of_axis, read_record
 
 if TYPE_CHECKING:
@@ -117,9 +116,9 @@ class StoredRun:
         self._check_axes()
         with part.orbits():  # checks it
             pass
-        with part.table() as table:
-            chunks = table.read(["case_id"], use_threads=False).column(0).chunks
-            ids = np.concatenate([np.empty(0, "u8"), *map(ids_of_column, chunks)])
+        with damage_said(part.files[SUMMARY_FILE]):
+            columns = (rows.column(0) for rows in part.rows(["case_id"]))
+            ids = np.concatenate([np.empty(0, "u8"), *map(ids_of_column, columns)])
         if not np.array_equal(ids, part.ids) or not (ids[1:] > ids[:-1]).all():
             raise damaged_error(part.files[ORBITS_FILE], "its cases are not those of summary.parquet, in order")
 
@@ -158,10 +157,9 @@ class StoredRun:
         declared = {path: declared_values(self.grid, path) for path in self.grid["units"]}
         unused = [None] if any(kind_of_axis(self.grid, path) == "text" for path in declared) else []  # by a swept law
         listed = {path: [*values, *unused] for path, values in declared.items() if values is not None}
-        with self.parts[0].table() as table:
-            for path, values in listed.items():
-                if not _are_listed(plausible(table.read([path], use_threads=False))[path], values):
-                    raise damaged_error(self.parts[0].files[SUMMARY_FILE], f"{path} has other values than in run.json")
+        for path, values in listed.items():
+            if not _are_listed((rows.column(0) for rows in self.parts[0].rows([path])), values):
+                raise damaged_error(self.parts[0].files[SUMMARY_FILE], f"{path} has other values than in run.json")
 
     def __len__(self) -> int:
         return sum(map(len, self.parts))
@@ -252,6 +250,8 @@ class StoredRun:
         for block in self.blocks([name]):  # group by group, so that only one copy exists
             values[offset : offset + len(block[name])] = block[name]
             offset += len(block[name])
+        if len(values) > GROUP_ROWS:  # it takes 1 ms
+            pa.default_memory_pool().release_unused()  # malloc would keep the gaps between the groups
         return values
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
@@ -446,17 +446,21 @@ def _frame(columns: dict[str, np.ndarray], units: dict[str, str]) -> "pd.DataFra
     return frame
 
 
-def _are_listed(column: pa.ChunkedArray, values: list[Any]) -> bool:
+def _are_listed(column: Iterable[pa.Array], values: list[Any]) -> bool:
     """Return whether a column has no other values than these; a set of a hundred thousand numbers takes 9 MB."""
-    if column.type == pa.string():
-        return set(values).issuperset((column.unique() if len(column) > FEW_ROWS else column).to_pylist())
-    numbers = np.sort([value for value in values if value is not None])
-    present = np.concatenate([np.empty(0), *map(values_of, column.chunks)])
-    present = present[~np.isnan(present)]  # without null
-    places = np.searchsorted(numbers, present)
-    is_listed = places < len(numbers)
-    is_listed[is_listed] = numbers[places[is_listed]] == present[is_listed]
-    return bool(is_listed.all()) and (not column.null_count or None in values)
+    words = {value for value in values if value is None or isinstance(value, str)}
+    numbers = np.sort([*(value for value in values if value not in words), np.inf])
+    for part in column:
+        present = values_of(part)
+        if part.type == pa.string():
+            is_listed = words.issuperset(present.tolist())
+        else:
+            known = present[~np.isnan(present)]  # without null
+            is_listed = bool((numbers[np.searchsorted(numbers, known)] == known).all())
+            is_listed &= not part.null_count or None in words
+        if not is_listed:
+            return False
+    return True
 
 
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:

@@ -26,7 +26,7 @@ from . import durable
 from .batch import GROUP_ROWS, ResultSchema, add_verdict_columns, id_text, id_texts, open_table, summary_schema
 from .blocks import sum_counts
 from .dataset import BlockedRun, SampledRun
-from .datasets import FEW_ROWS, datasets, field_of, values_of
+from .datasets import datasets, field_of, values_of
 from .directory import ANSWER_FILES, RunDirectory
 from .merged import OrbitFiles, merge, summary_groups
 from .read import StoredRun
@@ -277,11 +277,7 @@ def answer_of(run: StoredRun) -> dict[str, Any]:
     def column(name: str) -> np.ndarray:
         if name == "case_id" and not isinstance(source, SampledRun):  # as texts they take five times the memory
             return id_texts(np.concatenate([part.ids for part in source.parts]))
-        parts = [block[name] for block in source.blocks([name])]
-        values: np.ndarray = np.concatenate(parts) if parts else np.zeros(0, object)
-        if len(values) > FEW_ROWS:  # it takes 1 ms
-            pa.default_memory_pool().release_unused()  # malloc would keep the gaps that records and columns leave
-        return values
+        return source.column(name)
 
     # blocks have an order of their own
     order = np.argsort(column("case_id")) if isinstance(whole, BlockedRun) else slice(None)

@@ -172,6 +172,7 @@ def _run_sweep(
                 name, schema = grid.search.name if grid.search else "", store.ResultSchema.of(grid)
                 record_entries["answers"] = store.write_search_table(directory, schema, name, search_result)
                 counts = conclude(case_runner, grid, requested, **record_entries)
+                del requested
         if not division:
             store.commit_answer(directory, store.open(directory.path))
     return RunResult(
@@ -296,12 +297,11 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
     rows = rows if requested_ids.all() else rows[requested_ids]
     result_schema = store.ResultSchema.of(grid)
 
-    def compute_peak_revolutions(worst: Sequence[store.Worst]) -> list[Peak | None]:
+    def peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
         activity = f"saving the revolution of the largest peak of {wording.count_text(len(worst), 'case')}"
         with phases.phase(activity):
             return case_runner.peaks(grid, worst)
 
-    peaks = compute_peak_revolutions
     merged = store.merge(directory, result_schema, rows, report=phases.print_line, compute_peak_revolutions=peaks)
     failed = int(np.count_nonzero(rows["failed"]))
     counts = blockwise.counts_of(len(requested), ran, ok=len(rows) - failed, failed=failed, others=stored - len(rows))

@@ -141,6 +141,7 @@ class CaseRunner:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.batches, self.attempted = None, []  # 32 bytes a case, which the answer needs
         if self.workers is not None:
             self.workers.close()
 
@@ -201,7 +202,9 @@ class CaseRunner:
             if not is_complete or batches.is_empty:
                 return is_complete
             batches.is_too_long = None
-        is_complete = run(self._compiled_workers(scene_cases, count), context)
+        workers = self.workers or self.start_workers(count)
+        self._compile(workers, scene_cases)
+        is_complete = run(workers, context)
         if not is_complete:
             self.workers = None  # the driver has ended them
         return is_complete
@@ -266,12 +269,6 @@ class CaseRunner:
                 peak = error_line(error)
             results.append(peak_or_none(worst_case, peak))
         return results
-
-    def _compiled_workers(self, scene_cases: list[Case], pending: int) -> executors.Executor:
-        """Return started workers with compiled code."""
-        workers = self.workers or self.start_workers(pending)
-        self._compile(workers, scene_cases)
-        return workers
 
     def _compile(self, workers: executors.Executor, scene_cases: list[Case]) -> None:
         """Compile the code of these cases that is not compiled yet."""
