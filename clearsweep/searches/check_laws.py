@@ -13,7 +13,7 @@ from ..contracts.search import CaseResults, Found, OwnRows, Point, Search
 from ..grid import Grid, leaves
 from ..grid.keys import Word
 from ..grid.sections import ADDED, Reader
-from ..grid.written import WrittenValue
+from ..grid.written import MistakeError, WrittenValue
 from ..language.errors import quoted
 
 CHECK_LAWS = "check_laws"
@@ -47,8 +47,7 @@ class CheckLaws(Search):
             return {}
         is_added_section = isinstance(written.value, dict) and set(written.value) <= {ADDED}
         if written.value is not True and not is_added_section:
-            reader.problems.add(written, CHECK_LAWS, f"found {quoted(written.value)}; expected true or false")
-            return {}
+            raise MistakeError(written, CHECK_LAWS, f"found {quoted(written.value)}; expected true or false")
         for conflict in reader.searches:
             if conflict in root.value and conflict != CHECK_LAWS:
                 message = (

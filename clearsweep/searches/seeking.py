@@ -14,7 +14,7 @@ from ..contracts.catalogue import CHOICE
 from ..contracts.search import FurtherRuns, Search
 from ..grid.keys import Number
 from ..grid.sections import CountKey, Reader, check_always_used, section_in
-from ..grid.written import WrittenValue
+from ..grid.written import MistakeError, WrittenValue
 from ..language import phases, quantity
 from ..language.errors import mistake_of
 
@@ -213,8 +213,7 @@ class SearchOver(Search):
         for conflict in cls.conflicts:
             if conflict in root.value:
                 message = f"conflicts with `{conflict}`; `{cls.name}` chooses all cases itself; remove one of the two"
-                reader.problems.add(section, cls.name, message)
-                return {}
+                raise MistakeError(section, cls.name, message)
         over = cls.keys.value(reader.problems, section, "over")
         axes = {}
         for key, written in over.value.items() if over else ():

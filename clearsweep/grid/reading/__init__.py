@@ -1,6 +1,8 @@
 """Reads a document in the order in which its parts depend on each other."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ...contracts.catalogue import NUMERICS, Catalogue, FigureOutline, Mechanism
@@ -61,14 +63,13 @@ def read_keys(
     reader.written |= written_names(varied_names, root)
     _select_keys_in_use(reader, all_keys)
     variations.record_variations(reader, root, all_keys, fixed_paths)
-    variations.record_axes_of_searches(reader, root, all_keys)
+    _record_axes_of_searches(reader, all_keys, lambda search: search.axes(reader, root))
     variations.replace_label_axes(reader)
-    replace_fits_by_clearances(reader, lambda path: values.values_before_reading(reader, path))
+    values_of = partial(values.values_before_reading, reader)
+    replace_fits_by_clearances(reader, values_of)
     reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
     values.set_wear_units(reader)
-    variations.record_late_axes_of_searches(
-        reader, root, all_keys, lambda path: values.values_before_reading(reader, path)
-    )
+    _record_axes_of_searches(reader, all_keys, lambda search: search.late_axes(reader, root, all_keys, values_of))
     find_added_cases(reader, root)
     for path, key in reader.keys_in_use.items():
         if isinstance(key, Word):
@@ -91,9 +92,16 @@ def read_keys(
     reader.figures = expected_columns(reader, mechanism, catalogue)
     variations.report_column_name_clashes(reader, defined_section)
     read_limits(reader, root)
-    sections = [search.read(reader, root) for search in searches.values()]
-    reader.search = next((section for section in sections if section is not None), None)
+    reader.search = next(filter(None, [search.read(reader, root) for search in searches.values()]), None)
     return reader
+
+
+def _record_axes_of_searches(reader: Reader, all_keys: KeyTable, axes_of: Callable[[Any], Mapping]) -> None:
+    """Record the values that searches may choose; `axes_of` returns those of one search."""
+    for search in reader.searches.values():
+        with reader.problems.noting():
+            for path, (position, written) in axes_of(search).items():
+                variations.record_axis(reader, search.name, path, position, written, all_keys)
 
 
 def _own_figures(root: WrittenValue, catalogue: Catalogue) -> WrittenValue:

@@ -49,7 +49,8 @@ def read_word_key(reader: Reader, path: str, key: Word) -> None:
         )
         values = (key.conditional_default.word if key.conditional_default and has_conditional_default else key.default,)
     if path in reader.written_axes:
-        _record_axis(reader, path, ValueReader(read_word, ""))
+        with reader.problems.noting():
+            reader.axes[path] = tuple(values_of_axis(reader, path, ValueReader(read_word, "")))
         values = reader.axes.get(path, ())
     elif values:
         reader.values[path] = values[0]
@@ -77,8 +78,8 @@ def read_table_key(reader: Reader, path: str, key: Table) -> None:
         message = f"is missing; write the name of a .csv file in the directory of the grid ({key.columns.text})"
         reader.report(path, message)
         return
-    if (values := read_table(reader.problems, path, reader.written[path], key.columns)) is not None:
-        reader.values[path] = values
+    with reader.problems.noting():
+        reader.values[path] = read_table(reader.problems, path, reader.written[path], key.columns)
 
 
 def read_flag(reader: Reader, path: str) -> None:
@@ -123,11 +124,9 @@ def read_number(reader: Reader, path: str, key: Number) -> None:
     if path in reader.written_axes:
         possible_fields = tuple(field for field, _ in meanings)
         unit = meanings[0][1][0]
-        _record_axis(
-            reader,
-            path,
-            ValueReader(lambda written: _read_number(reader, path, written, meanings), unit, possible_fields),
-        )
+        reading = ValueReader(lambda written: _read_number(reader, path, written, meanings), unit, possible_fields)
+        with reader.problems.noting():
+            reader.axes[path] = tuple(values_of_axis(reader, path, reading))
     if path in reader.written:
         value = _read_number(reader, path, reader.written[path], meanings)
         if value is not None and path not in reader.written_axes:
@@ -149,12 +148,6 @@ def _report_missing(reader: Reader, path: str, key: Number, field: Field) -> Non
     laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected_text(quantity.replace_exponent(field.unit, 1.5))
     reader.report(path, f"is missing{laws_text} ({field.text or field.name}); {unit_text}")
-
-
-def _record_axis(reader: Reader, path: str, reading: ValueReader) -> None:
-    """Record the values of an axis."""
-    if values := values_of_axis(reader, path, reading):
-        reader.axes[path] = tuple(values)
 
 
 def _read_number(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:

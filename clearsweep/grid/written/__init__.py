@@ -1,5 +1,6 @@
 """Reads written input: documents, overrides, tables, and expressions of defined quantities."""
 
+import contextlib
 import csv
 import os
 import re
@@ -257,6 +258,22 @@ class WrittenValue:
         return self.value[key] if position is None else position
 
 
+class MistakeError(Exception):
+    """A mistake in a document with its place; without a sentence if it is reported for another value."""
+
+    def __init__(self, written: WrittenValue, path: str, sentence: str = ""):
+        super().__init__(sentence)
+        self.written, self.path = written, path
+
+
+def placed(written: WrittenValue, path: str, read: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a call returns; its InputError becomes the mistake of the value at dotted `path`."""
+    try:
+        return read(*arguments)
+    except InputError as error:
+        raise MistakeError(written, path, str(error)) from None
+
+
 class Problems:
     """The mistakes in a document, each reported once, in the order of the file."""
 
@@ -281,6 +298,15 @@ class Problems:
         )
         message = f"{written.position_text}{'' if is_named else f'{path}: '}{sentence}"
         self._positions.setdefault(message, (written.line, written.column))
+
+    @contextlib.contextmanager
+    def noting(self) -> Iterator[None]:
+        """In this context, a `MistakeError` is reported, and ends it."""
+        try:
+            yield
+        except MistakeError as mistake:
+            if str(mistake):
+                self.add(mistake.written, mistake.path, str(mistake))
 
     def check(self) -> None:
         """Raise an InputError with all mistakes, if there are any."""

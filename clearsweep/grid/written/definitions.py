@@ -394,8 +394,9 @@ def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Wr
     for section_name in _AXIS_SECTIONS:
         section = sections.get(section_name)
         if section is not None and section_name == "cases" and is_table(section):
-            table = read_cases(Problems(), section)
-            section = table and table.columns
+            silent, table, section = Problems(), section, None
+            with silent.noting():
+                section = read_cases(silent, table).columns
         if section is not None and isinstance(section.value, dict):
             yield from ((path, section.key_position(path)) for path in section.value)
     for section_name, section in sections.items():
