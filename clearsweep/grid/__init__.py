@@ -110,10 +110,14 @@ def load(
             "the axes, or draw cases with `sample`"
         )
     for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
-        _report_refusal(reader, grid.case(index))
+        if reader.mechanism.refusal and (refusal := reader.mechanism.refusal(reader.mechanism, grid.case(index))):
+            reader.report(f"mechanism.{refusal[0]}".rstrip("."), refusal[1])
     problems.check()
     if all(map(has_run, law_files)):
-        _report_start(reader, catalogue, grid)
+        # the first and the last case; others say it when they run
+        start_problems = [catalogue.start_problem(grid.case(index)) for index in sorted({0, grid.size - 1})]
+        if start_problems[0] and all(start_problems):
+            reader.report(*start_problems[0])
     problems.check()
     layout = Layout.of(grid.case_at(_point_of_layout(grid)), catalogue)
     check_channels(reader, layout)
@@ -152,23 +156,6 @@ def write_starter(file: Path, kind: str, catalogue: Catalogue) -> None:
         raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
     except OSError as error:
         raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
-
-
-def _report_refusal(reader: Reader, case: Case) -> None:
-    """Report why the mechanism of a case cannot be assembled."""
-    assert reader.mechanism.refusal is not None  # only some mechanisms have this check
-    refusal = reader.mechanism.refusal(reader.mechanism, case)
-    if refusal:
-        path = f"mechanism.{refusal[0]}".rstrip(".")
-        reader.report(path, refusal[1])
-
-
-def _report_start(reader: Reader, catalogue: Catalogue, grid: Grid) -> None:
-    """Report why neither the first nor the last case can start; other cases say it when they run."""
-    first_problem = catalogue.start_problem(grid.case(0))
-    if first_problem and (grid.size == 1 or catalogue.start_problem(grid.case(grid.size - 1))):
-        path, sentence = first_problem
-        reader.report(path, sentence)
 
 
 def _resolved_sample(reader: Reader) -> dict[str, Any]:

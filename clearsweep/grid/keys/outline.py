@@ -310,11 +310,10 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
     for path, key in keys.items():
         if isinstance(key, Number):
             exponent_path = f"{path.rpartition('.')[0]}.exponent"
-            exponent = (
-                None
-                if exponent_path in axes
-                else values.get(exponent_path, _default_number(keys.get(exponent_path), words_by_path))
-            )
+            exponent_key = keys.get(exponent_path)
+            fields = exponent_key.fields(words_by_path) if isinstance(exponent_key, Number) else ()
+            default = fields[0].default if fields else None
+            exponent = None if exponent_path in axes else values.get(exponent_path, default)
             units_by_path[path] = unit_of_number(key, words_by_path, exponent)
     return {path: unit for path, unit in units_by_path.items() if unit}
 
@@ -336,9 +335,3 @@ def unit_of_number(key: Number, words_by_path: Mapping[str, frozenset[str]], exp
         symbolic_units if exponent is None else [quantity.replace_exponent(unit, exponent) for unit in symbolic_units]
     )
     return " or ".join(dict.fromkeys(units))
-
-
-def _default_number(key: object, words_by_path: Mapping[str, frozenset[str]]) -> float | None:
-    """Return the default of a missing key, or None if it has no numeric default."""
-    fields = key.fields(words_by_path) if isinstance(key, Number) else ()
-    return fields[0].default if fields else None

@@ -186,9 +186,10 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
         if parent != path:
             continue
         if isinstance(key, Section):
-            properties[key_name] = (
-                _list_schema(key_table, nested, key) if key.items else _section_schema(key_table, nested, key)
-            )
+            name, content = key_table.get(f"{nested}.{MATERIAL}"), _object_schema(key_table, nested)
+            named = {"anyOf": [{"enum": list(name.options)}, content]} if isinstance(name, Name) else content
+            of_section = {"description": key.text, **named}
+            properties[key_name] = _list_schema(key_table, nested, key) if key.items else of_section
         elif isinstance(key, Word):
             has_free_names = any(ANY in option for option in key.options)  # the user chooses the keys
             properties[key_name] = {"description": key.text} | (
@@ -230,13 +231,6 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
 def _has_keys_below(key_table: KeyTable, path: str) -> bool:
     """Return whether there are keys below `path`."""
     return any(nested.rpartition(".")[0] == path for nested in key_table)
-
-
-def _section_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]:
-    object_schema, name = _object_schema(key_table, path), key_table.get(f"{path}.{MATERIAL}")
-    if isinstance(name, Name):
-        return {"description": key.text, "anyOf": [{"enum": list(name.options)}, object_schema]}
-    return {"description": key.text, **object_schema}
 
 
 def _list_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]:

@@ -67,7 +67,11 @@ def read_keys(
     variations.replace_label_axes(reader)
     values_of = partial(values.values_before_reading, reader)
     replace_fits_by_clearances(reader, values_of)
-    reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
+    reader.library_numbers = {
+        item.path: item
+        for item in library_numbers
+        if item.path not in reader.written_axes and not any(item.path in each.paths for each in varied_names.values())
+    }
     values.set_wear_units(reader)
     _record_axes_of_searches(reader, all_keys, lambda search: search.late_axes(reader, root, all_keys, values_of))
     find_added_cases(reader, root)
@@ -250,7 +254,11 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
     """Select the keys in use from all keys; wear and roughness also get keys that otherwise only laws have."""
     for path, key in all_keys.items():
         parent = path.rpartition(".")[0]
-        is_present = not isinstance(key, Section) or _section_exists(reader, path, key)
+        is_present = True
+        if isinstance(key, Section):  # written or implied, together with the sections it needs
+            required = f"{parent.rpartition('.')[0]}.{key.needs}"
+            is_present = path in reader.sections or key.need == "implied"
+            is_present = is_present and (not key.needs or required in reader.keys_in_use)
         if isinstance(all_keys.get(parent), Number):
             is_present = parent in reader.sections
         elif isinstance(key, Number) and path in reader.sections:  # a section replaces it
@@ -285,12 +293,6 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
 def _has_keys_below(all_keys: KeyTable, path: str) -> bool:
     """Return whether there are keys below `path`."""
     return any(child_path.rpartition(".")[0] == path for child_path in all_keys)
-
-
-def _section_exists(reader: Reader, path: str, key: Section) -> bool:
-    """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
-    required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{key.needs}"
-    return (path in reader.sections or key.need == "implied") and (not key.needs or required in reader.keys_in_use)
 
 
 def read_channels(reader: Reader, path: str) -> None:

@@ -461,11 +461,6 @@ class Reader:
                     return quantity.written_text(item.value, unit)
         return quantity.written_text(float(value), unit)
 
-    @property
-    def varied_numbers(self) -> set[str]:
-        """Return the paths on an axis, and the paths of numbers that follow from a name that varies."""
-        return {*self.written_axes, *(path for varied in self.varied_names.values() for path in varied.paths)}
-
     def is_given(self, path: str) -> bool:
         """Return whether a value or a section is written or swept."""
         return path in self.written or path in self.written_axes or path in self.sections

@@ -467,7 +467,10 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
 def _design_points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":
     """Return the points of a design, (rows, variables) in (0, 1)."""
     if method == "one-at-a-time":
-        return _one_at_a_time_points(variables)
+        rows = np.full((1 + 3 * variables, variables), 0.5)  # the middle, then for each variable alone its quantiles
+        for k in range(variables):
+            rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _DISTURBANCE
+        return rows
     generator = np.random.default_rng(seed)
     if method == "random":
         points = generator.random((n, variables))
@@ -488,11 +491,3 @@ def _saltelli_points(points: "np.ndarray", variables: int) -> "np.ndarray":
         matrices_ab.append(matrix_a.copy())
         matrices_ab[-1][:, k] = matrix_b[:, k]
     return np.vstack([matrix_a, matrix_b, *matrices_ab])
-
-
-def _one_at_a_time_points(variables: int) -> "np.ndarray":
-    """Return the middle, then for each variable alone its 5 % quantile, its 95 % quantile and a disturbed middle."""
-    rows = np.full((1 + 3 * variables, variables), 0.5)
-    for k in range(variables):
-        rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _DISTURBANCE
-    return rows

@@ -34,16 +34,6 @@ class Naming(NamedTuple):
     size_noun: str
     extras: tuple[str, ...] = ()  # further keys
 
-    @property
-    def example_text(self) -> str:
-        """Return one as a grid has it."""
-        return f"{{{self.word}: {self.example}}}"
-
-    @property
-    def axis_text(self) -> str:
-        """Return an axis as a grid has it."""
-        return f"{{{self.words}: [{self.other_example}, {self.example}]}}"
-
 
 #: Field.fit -> naming of its clearances.
 NAMINGS = {
@@ -73,8 +63,10 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
             with grid_reader.problems.noting():
                 if reader.bearing in grid_reader.varied_names and not is_base:
                     _mount_each(reader, entries[path])
-                read = reader.read_value if entries is grid_reader.written else reader.read_axis
-                entries[path] = read(entries[path])
+                radii = reader.radii[:1] if is_base else reader.radii
+                value = entries[path]
+                is_axis = entries is grid_reader.written_axes
+                entries[path] = reader.read_axis(value) if is_axis else reader.mean_clearance(value, radii)
                 if is_base:
                     grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
                 continue
@@ -180,12 +172,6 @@ class _FitReader:
             return self.radii
         return (self._kind(), *(self.values_of(f"{self.joint}.{name}") for name in BearingSizes._fields))
 
-    def read_value(self, written: WrittenValue) -> WrittenValue:
-        """Return a value outside all axes with its fit replaced by a clearance (m)."""
-        return self._mean_clearance(
-            written, self.radii[:1] if self.path in self.grid_reader.written_axes else self.radii
-        )
-
     def read_axis(self, written: WrittenValue) -> WrittenValue:
         """Return a written axis with its fits replaced by clearances (m)."""
         if self.grid_reader.varied_by.get(self.path) == "sample":
@@ -195,7 +181,7 @@ class _FitReader:
             self.path, self.radius_path
         )
         radii = [self.radii[row : row + 1] if is_zipped else self.radii for row in range(len(items))]
-        return written.with_value(list(map(self._mean_clearance, items, radii)))
+        return written.with_value(list(map(self.mean_clearance, items, radii)))
 
     def items(self, written: WrittenValue) -> list[WrittenValue]:
         """Return each entry of `{fits: [...]}` or `{groups: [...]}` as a single one."""
@@ -203,15 +189,18 @@ class _FitReader:
         extras = {key: content[key] for key in self.naming.extras if key in content}
         names = content.get(self.naming.words)
         if {*content} - {*extras} != {self.naming.words} or not isinstance(names.value, list) or not names.value:
-            raise MistakeError(written, self.path, f"found {quoted(content)}; expected {self.naming.axis_text}")
+            axis_text = f"{{{self.naming.words}: [{self.naming.other_example}, {self.naming.example}]}}"
+            raise MistakeError(written, self.path, f"found {quoted(content)}; expected {axis_text}")
         return [name.with_value({self.naming.word: name, **extras}) for name in names.value]
 
-    def _mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
+    def mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
         """Return the mean clearance of `{fit: NAME}` at a size (m); other values are returned unchanged."""
         if not isinstance(written.value, dict):
             return written
         if not {self.naming.word} <= set(written.value) <= {self.naming.word, *self.naming.extras}:
-            raise MistakeError(written, self.path, self._expected_text(written.value, self.naming.example_text))
+            raise MistakeError(
+                written, self.path, self._expected_text(written.value, f"{{{self.naming.word}: {self.naming.example}}}")
+            )
         return written.with_value(_length_text(self.fit(written, radii).mean))
 
     def _distribution(self, written: WrittenValue) -> Any:

@@ -131,7 +131,9 @@ def rows_of_xlsx(file: Path, sheet: int = 1) -> tuple[list[str], list[TableRow]]
             sheets = {int(match[1]): name for name in book.namelist() if (match := _SHEET_PATTERN.fullmatch(name))}
             if sheet not in sheets:
                 raise ValueError(f"has {len(sheets)} sheets; there is no sheet {sheet}")
-            shared = _shared_texts(book) if "xl/sharedStrings.xml" in book.namelist() else []
+            has_shared = "xl/sharedStrings.xml" in book.namelist()
+            items = _part(book, "xl/sharedStrings.xml").iterfind("{*}si") if has_shared else ()
+            shared = ["".join(text.text or "" for text in item.iterfind(".//{*}t")) for item in items]
             root = _part(book, sheets[sheet])
         rows = _rows_of_sheet(root, shared)
     except (zipfile.BadZipFile, ElementTree.ParseError, LookupError, NotImplementedError, RuntimeError) as error:
@@ -160,11 +162,6 @@ def _part(book: "zipfile.ZipFile", name: str) -> "ElementTree.Element":
     if book.getinfo(name).file_size > MAX_PART_BYTES:
         raise ValueError(f"its part {name} has more than {MAX_PART_BYTES:,} bytes")
     return ElementTree.fromstring(book.read(name))  # expat limits the expansion of entities
-
-
-def _shared_texts(book: "zipfile.ZipFile") -> list[str]:
-    items = _part(book, "xl/sharedStrings.xml").iterfind("{*}si")
-    return ["".join(text.text or "" for text in item.iterfind(".//{*}t")) for item in items]
 
 
 def _column(cell: "ElementTree.Element", default: int) -> int:
