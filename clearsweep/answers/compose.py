@@ -16,7 +16,7 @@ from ..language import wording
 from ..language.wording import is_missing
 from . import questions
 from .figure_sentences import coexisting
-from .judge import NOT_RUN, answer_on, judge
+from .judge import NOT_RUN, answer_on
 from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, named_value
 from .ranking import START_UP, limits_of_record, ranking_of
 from .sentences import sentences
@@ -90,10 +90,11 @@ def compose(source: Source) -> dict[str, Any]:
     own = own_cases(record, columns, source.base_laws)
     counts = source.counts
     if not source.complete and counts is None and not any(record.get(section) for section in SEARCHES):
-        points = _grid_points(record)
-        if points is None:
+        factors = _grid_factors(record)
+        if math.prod(map(len, factors)) > MAX_UNRUN:
             counts = _counts_of_part(record, columns, own) if record.get("limits") else None
         else:
+            points = [{path: part[path] for part in parts for path in part} for parts in itertools.product(*factors)]
             columns, own = _with_unrun(points, record, columns, own)
     is_part = counts is not None
     cases = Cases({**record, "limits": {}} if is_part else record, columns, own)
@@ -151,14 +152,6 @@ def _grid_factors(record: Mapping[str, Any]) -> list[list[dict[str, Any]]]:
     return [
         [dict(zip(part, row, strict=True)) for row in zip(*part.values(), strict=True)] for part in sections if part
     ]
-
-
-def _grid_points(record: Mapping[str, Any]) -> list[dict[str, Any]] | None:
-    """Return the varied values of each of the grid's own cases; None for more than MAX_UNRUN cases."""
-    factors = _grid_factors(record)
-    if math.prod(map(len, factors)) > MAX_UNRUN:
-        return None
-    return [{path: value for part in parts for path, value in part.items()} for parts in itertools.product(*factors)]
 
 
 def _counts_of_part(record: Mapping[str, Any], columns: Any, own: np.ndarray) -> dict[str, int]:
@@ -429,7 +422,7 @@ def _nearest_of(
         if path not in paths and row.get(path) is not None:
             is_tried &= np.array([value == row[path] for value in columns[path].tolist()], bool)
     of_path = {path: catalogue.CHOICE if path in paths else catalogue.CONDITION for path in record["units"]}
-    tried = judge({**record, "roles": of_path}, columns, own=is_tried.tolist(), figures=())
+    tried = answer_on(Cases({**record, "roles": of_path}, columns, is_tried), ())
     failed = int((is_tried & (columns["status"] != "ok")).sum())
     entry: dict[str, Any] = {"case": None, "tried": int(is_tried.sum()), "failed": failed}
     best = next((design for design in tried["designs"] if design["verdict"] == "exceeds"), None)

@@ -9,7 +9,7 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from ..language.wording import is_missing
-from .judge import judge
+from .judge import answer_on
 from .judged import EXCEEDED, Cases
 from .ranking import CaseRanking, FinishedCases
 from .words import Words
@@ -38,7 +38,7 @@ def film_answer(record: Mapping[str, Any], layout: Layout, columns: Any, cases: 
     table |= {name: cases.values(name) for name in ("case_id", "status")} | {UNSAFE: unsafe}
     column = {"name": UNSAFE, "unit": "1", "description": ""}
     of_films = {**record, "limits": {UNSAFE: 0.0}, "figures": {}, "layout": {"columns": [column]}}
-    answer = judge(of_films, table, figures=())
+    answer = answer_on(Cases(of_films, table), ())
     safe = [design for design in answer["designs"] if design["verdict"] == "meets"]
     thickness = np.nanmin([cases.numbers(f"{joint}_{FILM_THICKNESS}") for joint in joints], axis=0)
     named = [(float(thickness[cases.rows_of(design["values"])].min()), design["values"]) for design in safe]
