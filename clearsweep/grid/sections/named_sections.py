@@ -7,7 +7,7 @@ from typing import Any
 from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
-from ...contracts.layout import FEATURES_OF_FLANKED, Requested, columns_of, rubbing_joints
+from ...contracts.layout import FEATURES_OF_FLANKED, columns_of
 from ...language import expression, np, quantity
 from ...language.errors import did_you_mean, mistake_of, quoted
 from ...language.quantity import is_bare, written_unit
@@ -197,44 +197,31 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
     }
     parts_by_joint |= {column_name(site.name): set() for site in mechanism.joints if site.stopped}
     for joint in mechanism.joints:
-        if column_name(joint.name) in parts_by_joint and mechanism.spatial:
-            parts_by_joint[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
-        if column_name(joint.name) in parts_by_joint and joint.kind == "guide":
-            parts_by_joint[column_name(joint.name)].add("guide")
-        if column_name(joint.name) in parts_by_joint and joint.kind == "rolling":
+        if (column := column_name(joint.name)) not in parts_by_joint:
+            continue
+        parts = parts_by_joint[column]
+        parts |= FEATURES_OF_FLANKED.get(joint.kind, frozenset())
+        parts |= {joint.kind} & {"guide", "rolling"}
+        parts |= ({"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}) if mechanism.spatial else set()
+        parts |= {"strength"} if joint.kind in ("revolute", "line") and _has_strength(reader, joint.name) else set()
+        if joint.kind == "rolling":
             path, ratings = f"joints.{joint.name}.capacity", ("dynamic", "static")
             known = {rating for rating in ratings if reader.is_given(f"{path}.{rating}")}
-            parts_by_joint[column_name(joint.name)] |= {"rolling"} | known
+            parts |= known
             reader.unrated_figures |= {
-                figure.column(column_name(joint.name)): f"needs the rating of the bearing; write {path}.{rating}"
+                figure.column(column): f"needs the rating of the bearing; write {path}.{rating}"
                 for figure in catalogue.figures
                 for rating in {*ratings} - known
                 if rating in figure.needs
             }
-        if column_name(joint.name) in parts_by_joint:
-            parts_by_joint[column_name(joint.name)] |= FEATURES_OF_FLANKED.get(joint.kind, frozenset())
     until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
-    requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
-    requested |= {
-        name
-        for name, is_requested in (("until", until), ("life", life), ("uncertain", reader.uncertain))
-        if is_requested
-    }
-    for joint in mechanism.joints:
-        if (
-            column_name(joint.name) in parts_by_joint
-            and joint.kind in ("revolute", "line")
-            and _has_strength(reader, joint.name)
-        ):
-            parts_by_joint[column_name(joint.name)].add("strength")
+    settings = {"until": until, "life": life, "uncertain": reader.uncertain}
+    settings |= {name: f"simulate.{name}" in reader.values for name in ("horizon", "error_check")}
+    requested = {name for name, is_requested in settings.items() if is_requested}
     if life and column_name(life) in parts_by_joint:
         parts_by_joint[column_name(life)].add("limited")
-    frictions, vibration = rubbing_joints(reader.outline), reader.outline.vibration
-    outline = reader.outline
-    requests = Requested(
-        frozenset(requested), until, frictions, vibration, bending=outline.bending, mounts=outline.mounts
-    )
-    columns = columns_of(catalogue, mechanism, parts_by_joint, requests)
+    outline = reader.outline._replace(figures=())
+    columns = columns_of(catalogue, mechanism, parts_by_joint, outline, requested, until)
     return {column.name: column.unit for column in columns}
 
 
