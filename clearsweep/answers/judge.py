@@ -23,6 +23,7 @@ from .judged import (
     codes_of,
     combined_codes,
     fineness_of,
+    floats,
     median,
     partial_rank_correlation,
     plain_value,
@@ -396,7 +397,7 @@ def _convergence(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
         fineness = fineness_of(path, levels, codes)
         coarser = sorted({*fineness[is_alone].tolist()}, reverse=True)
         for figure in figures:
-            numbers = cases.figure_of_all(figure)
+            numbers = np.where(cases.values_of_all("status") == "ok", floats(cases.values_of_all(figure)), np.nan)
             for level in coarser:
                 rows = np.flatnonzero(is_alone & (fineness == level))
                 if entry := _difference(numbers[cases.finest_of[rows]], numbers[rows]):

@@ -81,12 +81,7 @@ class Cases:
 
     def numbers(self, name: str) -> np.ndarray:
         """Return a figure of the judged cases as floats; NaN where it is missing or the case failed."""
-        return np.where(self.is_finished, _floats(self.values(name)), np.nan)
-
-    def figure_of_all(self, name: str) -> np.ndarray:
-        """Return a figure of the own cases, coarse ones included, as floats; NaN where it is missing."""
-        is_ok = self.values_of_all("status") == "ok"
-        return np.where(is_ok, _floats(self.values_of_all(name)), np.nan)
+        return np.where(self.is_finished, floats(self.values(name)), np.nan)
 
     def values_of_all(self, name: str) -> np.ndarray:
         """Return a column of the own cases, coarse ones included."""
@@ -188,7 +183,7 @@ def _array(values: Any) -> np.ndarray:
     return values if isinstance(values, np.ndarray) else np.array(list(values), object)
 
 
-def _floats(values: np.ndarray) -> np.ndarray:
+def floats(values: np.ndarray) -> np.ndarray:
     if values.dtype.kind == "O":
         return np.array([np.nan if is_missing(value) else value for value in values.tolist()], float)
     return values.astype(float, copy=False)

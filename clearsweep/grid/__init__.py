@@ -171,17 +171,19 @@ def _resolved_sample(reader: Reader) -> dict[str, Any]:
 HISTORY_COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel
 
 
-def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
-    """Return the bytes of history that a case of so many revolutions records, without events."""
-    return _history_bytes(layout, layout.channels, save, revolutions)
+def history_bytes(layout: Layout, save: Save, revolutions: float, channels: tuple[Column, ...] | None = None) -> float:
+    """Return the bytes of history that a case of so many revolutions records, without events.
 
-
-def _history_bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions: float) -> float:
+    channels : those that count, by default all
+    """
     saved_revolutions = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
     if not layout.turns and save.orbits != "none":
         saved_revolutions = 1.0  # samples are per run, not per revolution
     section_points = min(revolutions, MAX_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
-    return float(8.0 * (saved_revolutions * save.samples * len(channels) + section_points))
+    return float(
+        8.0
+        * (saved_revolutions * save.samples * len(layout.channels if channels is None else channels) + section_points)
+    )
 
 
 def first_case_history(grid: Grid) -> float:
@@ -189,12 +191,12 @@ def first_case_history(grid: Grid) -> float:
     case = grid.case(0)
     adaptive_section = case.simulate.until or case.life
     revolutions = adaptive_section.max_revolutions if adaptive_section else case.simulate.revolutions
-    return _history_bytes(grid.layout, grid.layout.stored, case.save, revolutions)
+    return history_bytes(grid.layout, case.save, revolutions, grid.layout.stored)
 
 
 def largest_history(grid: Grid) -> float:
     """Return the smallest number of bytes of history that the longest case of a grid stores, without events."""
-    return _history_bytes(grid.layout, grid.layout.stored, grid.case(0).save, _largest_revolutions(grid))
+    return history_bytes(grid.layout, grid.case(0).save, _largest_revolutions(grid), grid.layout.stored)
 
 
 def recorded_history(grid: Grid) -> float:
