@@ -237,15 +237,6 @@ def _word_pair(value: Any) -> tuple[str, str]:
     return (first if isinstance(first, str) else ""), (second if isinstance(second, str) else "")
 
 
-def full_key_table(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
-    """Return every dotted path that a grid of this mechanism may contain, with NAME for user-defined names."""
-    if not mechanism.with_outline:
-        return table_of_keys(mechanism, catalogue)
-    full_mechanism = mechanism.with_outline(FULL_OUTLINE)
-    # `horizon` and `time_limit`
-    return table_of_keys(full_mechanism, catalogue) | table_of_keys(full_mechanism._replace(free=True), catalogue)
-
-
 class KeyTree(NamedTuple):
     """The keys of a mechanism, in the plane or in space."""
 
@@ -267,24 +258,27 @@ def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]
 
     slots : whether the keys of slots, gears, couplings and stops are yielded, too
     """
+
+    def tree(mechanism: Mechanism, free_keys: KeyTable | None = None) -> KeyTree:
+        kinds = {site.name: site.kind for site in mechanism.joints}
+        keys = table_of_keys(mechanism, catalogue) | (free_keys or {})
+        return KeyTree(mechanism.name, keys, kinds, mechanism.spatial)
+
     for mechanism in catalogue.mechanisms:
-        full_mechanism = mechanism.with_outline(FULL_OUTLINE) if mechanism.with_outline else mechanism
-        kinds = {site.name: site.kind for site in full_mechanism.joints}
-        yield KeyTree(mechanism.name, full_key_table(mechanism, catalogue), kinds)
-        if slots and ANY in kinds and mechanism.with_outline:
-            for joint in FURTHER_JOINTS:
-                further = mechanism.with_outline(FULL_OUTLINE._replace(joints=(joint,)))
-                yield KeyTree(mechanism.name, table_of_keys(further, catalogue), {ANY: further.joints[0].kind})
-        pins = frozenset(name for name, kind in kinds.items() if kind in ("revolute", ANY))
-        if pins and mechanism.with_outline:
+        if not mechanism.with_outline:
+            yield tree(mechanism)
+            continue
+        full = mechanism.with_outline(FULL_OUTLINE)
+        yield tree(full, table_of_keys(full._replace(free=True), catalogue))  # with `horizon` and `time_limit`
+        kinds = {site.name: site.kind for site in full.joints}
+        for joint in FURTHER_JOINTS if slots and ANY in kinds else ():
+            yield tree(mechanism.with_outline(FULL_OUTLINE._replace(joints=(joint,))))
+        if pins := frozenset(name for name, kind in kinds.items() if kind in ("revolute", ANY)):
             pin_outline = FULL_OUTLINE._replace(joints=(JointOutline(ANY, "revolute", "", ""),), rolling=pins)
-            rolling = mechanism.with_outline(pin_outline)
-            kinds = {site.name: site.kind for site in rolling.joints}
-            yield KeyTree(mechanism.name, table_of_keys(rolling, catalogue), kinds)
-        in_space = mechanism.with_outline(IN_SPACE) if mechanism.with_outline else mechanism
+            yield tree(mechanism.with_outline(pin_outline))
+        in_space = mechanism.with_outline(IN_SPACE)
         if in_space.spatial:
-            kinds = {site.name: site.kind for site in in_space.joints}
-            yield KeyTree(mechanism.name, table_of_keys(in_space, catalogue), kinds, spatial=True)
+            yield tree(in_space)
 
 
 AXIS_SECTIONS = ("sweep", "zip", "cases")  # sections of a resolved grid with dotted path -> values
