@@ -18,11 +18,10 @@ from . import questions
 from .figure_sentences import coexisting
 from .judge import NOT_RUN, answer_on
 from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, named_value
-from .ranking import START_UP, limits_of_record, ranking_of
+from .ranking import SEARCHES, START_UP, limits_of_record, ranking_of
 from .sentences import sentences
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
 
-SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
 MAX_UNRUN = 100_000  # cases of a grid up to which those that were not run are listed
 KEPT = 4  # columns in memory, 8 bytes a case each; to read one again takes 0.4 ms, of a hundred thousand cases 3 ms
 MAX_SETTINGS = 50  # designs whose worst case has its values in the answer
@@ -113,7 +112,7 @@ def compose(source: Source) -> dict[str, Any]:
     words = Words(record, layout, lambda name: columns[name][is_ok])
     if check := _law_check(source, columns, is_ok & ~own, answer, words):
         answer["laws"] = check
-    if coverage := coverage_text(record, answer, words):
+    if coverage := coverage_text(record, answer):
         answer["fits"] = coverage
     answer["sentences"] = sentences(answer, words)
     return answer
@@ -231,7 +230,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
     counted = f"{source.layout.life}_life_hours" if answer["question"] == "life" else START_UP
     if counted in columns and answer["question"] in ("life", "start-up"):
         details["unreached"] = int(np.isnan(cases.numbers(counted)[cases.is_finished]).sum())
-    if answer["question"] == "film" and (film := questions.film_answer(record, source.layout, columns, cases)):
+    if answer["question"] == "film" and (film := questions.film_answer(record, source.layout, cases)):
         details["film"] = film
     if answer["cases"] and answer["cases"]["added"]:
         all_cases = Cases(record, columns)

@@ -394,7 +394,7 @@ def _convergence(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
         for column in others:
             is_alone &= np.array([a == b for a, b in zip(column, column[cases.finest_of], strict=True)])
         levels, codes = codes_of(values)
-        fineness = fineness_of(path, levels, codes)
+        fineness = fineness_of(path, codes)
         coarser = sorted({*fineness[is_alone].tolist()}, reverse=True)
         for figure in figures:
             numbers = np.where(cases.values_of_all("status") == "ok", floats(cases.values_of_all(figure)), np.nan)

@@ -41,7 +41,7 @@ class Cases:
             # For every own case the position of the finest case that differs in numerics alone, and a mask of these
             others = [path for path in self.paths if path not in numerics]
             group = combined_codes([codes_of(self.values(path))[1] for path in others], len(self))
-            fineness = [fineness_of(path, *codes_of(self.values(path))) for path in numerics]
+            fineness = [fineness_of(path, codes_of(self.values(path))[1]) for path in numerics]
             order = np.lexsort([*fineness[::-1], group])
             is_last = np.append(np.diff(group[order]) != 0, True)
             finest_of_group = dict(zip(group[order][is_last].tolist(), order[is_last].tolist(), strict=True))
@@ -128,7 +128,7 @@ class Cases:
         return np.where(exceeded, EXCEEDED, np.where(undecided, UNDECIDED, MET))
 
 
-def fineness_of(path: str, levels: list, codes: np.ndarray) -> np.ndarray:
+def fineness_of(path: str, codes: np.ndarray) -> np.ndarray:
     """Return numbers (n,) that increase with the fineness of the values at a numerical path."""
     sign = -1 if path.rpartition(".")[2] in FINER_IF_SMALLER else 1
     return sign * codes

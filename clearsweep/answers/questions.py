@@ -24,7 +24,7 @@ UNSAFE = "film_unsafe"  # column of the answer on films: 1 for an unsafe film
 MAX_LISTED = 4  # safe combinations in the answer
 
 
-def film_answer(record: Mapping[str, Any], layout: Layout, columns: Any, cases: Cases) -> dict[str, Any] | None:
+def film_answer(record: Mapping[str, Any], layout: Layout, cases: Cases) -> dict[str, Any] | None:
     """Return the combinations of choices whose films are safe under every condition, the thickest first.
 
     Return None for a random sample, and if no joint has a film.

@@ -264,7 +264,7 @@ def is_group(fit: Mapping[str, Any]) -> bool:
     return "/" not in fit["name"]
 
 
-def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any], words: Words) -> str:
+def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any]) -> str:
     """Return which fits meet the limits up to the end of their tolerance; '' without fits or limits.
 
     With fits in one joint, the end of a tolerance towards the limit is covered if a larger (smaller) clearance that was

@@ -21,7 +21,7 @@ from ...contracts.catalogue import (
 from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, PlaceOutline, VibrationOutline
 from ...language import quantity
 from ...language.errors import InputError
-from ..written import WrittenValue, leaves
+from ..written import AXIS_SECTIONS, WrittenValue, leaves
 from ..written.law_files import plain_value, with_recorded_laws
 from . import KeyTable, Number, Word
 from .key_table import table_of_keys
@@ -110,7 +110,7 @@ def outline_of_document(root: WrittenValue) -> Outline:
     sections = root.value if isinstance(root.value, dict) else {}
     tree = {key: plain_value(sections[key]) for key in _SECTIONS if key in sections}
     axis_sections = [
-        _section(sections[section_name].value) for section_name in ("sweep", "zip", "cases") if section_name in sections
+        _section(sections[section_name].value) for section_name in AXIS_SECTIONS if section_name in sections
     ]
     if "sample" in sections:
         over = _section(sections["sample"].value).get("over")
@@ -279,9 +279,6 @@ def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]
         in_space = mechanism.with_outline(IN_SPACE)
         if in_space.spatial:
             yield tree(in_space)
-
-
-AXIS_SECTIONS = ("sweep", "zip", "cases")  # sections of a resolved grid with dotted path -> values
 
 
 def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:

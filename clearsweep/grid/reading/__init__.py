@@ -8,7 +8,7 @@ from typing import Any
 from ...contracts.catalogue import NUMERICS, Catalogue, FigureOutline, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
 from ...language.errors import did_you_mean, nearest_words, quoted
-from ..keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
+from ..keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word, has_keys_below
 from ..keys.joint_keys import REFUSED_SECTIONS
 from ..keys.key_table import table_of_keys
 from ..keys.library_names import find_varied_names, keys_of_names, replace_library_names, written_names
@@ -202,7 +202,7 @@ def _is_bare_table(content: Any) -> bool:
 def _record_entry(reader: Reader, entry: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the value of a known key or the content of a section, even of one that replaces a quantity."""
     key = all_keys.get(path)
-    is_replaced = isinstance(key, Number) and isinstance(entry.value, dict) and _has_keys_below(all_keys, path)
+    is_replaced = isinstance(key, Number) and isinstance(entry.value, dict) and has_keys_below(all_keys, path)
     if isinstance(key, Section) or is_replaced:
         _read_section(reader, entry, path, all_keys)
     elif key is not None:
@@ -288,11 +288,6 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
             reader.keys_in_use[path] = key._replace(
                 uses=tuple(key_use._replace(when=()) for key_use in key.uses), sweep=True
             )
-
-
-def _has_keys_below(all_keys: KeyTable, path: str) -> bool:
-    """Return whether there are keys below `path`."""
-    return any(child_path.rpartition(".")[0] == path for child_path in all_keys)
 
 
 def read_channels(reader: Reader, path: str) -> None:

@@ -12,7 +12,7 @@ from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ..keys import KeyTable, Name, Number, Section, Use, Word, deciding_paths, value_key, word_key
 from ..keys.library_names import BODIES, name_path, text_of_name
 from ..keys.run_keys import BRANCHES, CARRIED, DIRECTION, DRAW, LIFE, START
-from ..written import MistakeError, Problems, WrittenValue
+from ..written import AXIS_SECTIONS, MistakeError, Problems, WrittenValue
 from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
 from ..written.tables import is_table, read_cases
 from . import Reader, ValueReader, section_in
@@ -24,7 +24,7 @@ from .axes import DISTRIBUTIONS, SAMPLE_SECTION, SPACING_FORMS, draw_values, rea
 
 MAX_SAME_KEYS = 2  # paths that an error names
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` vary together.
-VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
+VARYING_SECTIONS = (*AXIS_SECTIONS, "sample")
 
 
 def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed_paths: frozenset[str]) -> None:
@@ -266,13 +266,12 @@ MAX_LABEL_LENGTH = 40  # characters of a label: it heads rows and ends sentences
 #: Words that say how values are made; no label may be one of them.
 _RESERVED_NAMES = ("fits", "fit", "groups", "group", "inner_warmer")
 RESERVED_LABELS = (*SPACING_FORMS, *_RESERVED_NAMES, *DISTRIBUTIONS, "among", "whole", "factor")
-_LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have labels
 
 
 def replace_label_axes(reader: Reader) -> None:
     """Replace each axis with labels by the list of its values, and record the labels."""
     for path, written in list(reader.written_axes.items()):
-        if reader.varied_by[path] in _LABELLED_SECTIONS and _has_labels(written):
+        if reader.varied_by[path] in AXIS_SECTIONS and _has_labels(written):
             _replace_by_list(reader, path, written)
 
 

@@ -513,6 +513,7 @@ def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str
     return "case"
 
 
+AXIS_SECTIONS = ("sweep", "zip", "cases")  # their entries are dotted path -> values, and may have labels
 SET_OPTION, SWEEP_OPTION = "--set", "--sweep"
 
 

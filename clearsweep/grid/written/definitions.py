@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ...language import expression, quantity
 from ...language.errors import InputError, quoted
-from . import EXTENDS, Problems, WrittenValue, read_document, written_of
+from . import AXIS_SECTIONS, EXTENDS, Problems, WrittenValue, read_document, written_of
 from .tables import is_table, read_cases
 
 DEFINE = "define"
@@ -27,7 +27,6 @@ MAX_LISTED = 6  # names of a circle in a message
 #: Sections whose numbers may vary.
 _CASE_SECTIONS = ("mechanism", "drive", "loads", "joints", "figures", "simulate", "save", "life", DEFINE)
 _TEXT_SECTIONS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
-_AXIS_SECTIONS = ("sweep", "zip", "cases")
 _NAMED_SECTIONS = ("figures", "limits", "roles", "uncertain")  # their keys are names or paths of the grid
 _OVER, _SEARCHED = "over", ("largest", "smallest")  # keys of other sections: with entries by path, or with paths
 
@@ -383,7 +382,7 @@ def _quantity_text(value: Fraction, unit: str) -> str:
 
 def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its position in the document."""
-    for section_name in _AXIS_SECTIONS:
+    for section_name in AXIS_SECTIONS:
         section = sections.get(section_name)
         if section is not None and section_name == "cases" and is_table(section):
             silent, table, section = Problems(), section, None

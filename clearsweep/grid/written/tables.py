@@ -14,6 +14,7 @@ from ...language import np, quantity
 from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ...language.wording import count_text
 from . import (
+    AXIS_SECTIONS,
     KNOWN_FILES_TEXT,
     READERS,
     MistakeError,
@@ -31,7 +32,6 @@ from . import (
 
 DAMPING, RATIO = "damping", "damping_ratio"
 _DAMPING_PATH = re.compile(rf"(mechanism\.mounts\.[^.]+)\.{DAMPING}((?:\.[01])?)")
-_AXIS_SECTIONS = ("sweep", "zip", "cases")
 
 
 def with_damping_ratios(root: WrittenValue, problems: Problems) -> WrittenValue:
@@ -54,7 +54,7 @@ def with_damping_ratios(root: WrittenValue, problems: Problems) -> WrittenValue:
         return RATIO
 
     root = _changed(root, ("mechanism", "mounts"), renamed_key)
-    for section in _AXIS_SECTIONS:
+    for section in AXIS_SECTIONS:
         root = _changed(root, (section,), renamed_axis, depth=0)
     return root
 
@@ -119,13 +119,7 @@ def is_table(section: WrittenValue) -> bool:
     return isinstance(section.value, str) or (isinstance(section.value, dict) and "table" in section.value)
 
 
-class _Keys(NamedTuple):
-    """The keys of a table of cases as written."""
-
-    table: WrittenValue
-    sheet: WrittenValue | None
-    columns: WrittenValue | None
-    label: WrittenValue | None
+_CASES_KEYS = ("table", "sheet", "columns", "label")
 
 
 def read_cases(problems: Problems, section: WrittenValue) -> CasesTable:
@@ -135,14 +129,14 @@ def read_cases(problems: Problems, section: WrittenValue) -> CasesTable:
     Every value has its file, row (1 is the header; a Parquet file has none, so its first case is row 1) and column.
     """
     keys = _checked_keys(problems, section)
-    sheet = [int(keys.sheet.value)] if keys.sheet else []
-    file, headers, rows = _rows_of_file("cases", keys.table, _MAX_CASES_BYTES, KNOWN_FILES_TEXT, *sheet)
+    sheet = [int(keys["sheet"].value)] if "sheet" in keys else []
+    file, headers, rows = _rows_of_file("cases", keys["table"], _MAX_CASES_BYTES, KNOWN_FILES_TEXT, *sheet)
     if not rows or len(rows) > _MAX_CASES:
-        raise MistakeError(keys.table, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
-    names = [header.strip() for header in headers]
-    paths = {name: entry.value for name, entry in keys.columns.value.items()} if keys.columns else {}
-    wanted = [(name, keys.columns.key_position(name)) for name in paths if keys.columns]
-    wanted += [(keys.label.value, keys.label)] if keys.label else []
+        raise MistakeError(keys["table"], "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
+    names, columns, label = [header.strip() for header in headers], keys.get("columns"), keys.get("label")
+    paths = {name: entry.value for name, entry in columns.value.items()} if columns else {}
+    wanted = [(name, columns.key_position(name)) for name in paths if columns]
+    wanted += [(label.value, label)] if label else []
     known = {*names, *(split_header(name)[0] for name in names)}
     missing = [(name, position) for name, position in wanted if name not in known]
     for name, position in missing:
@@ -150,19 +144,19 @@ def read_cases(problems: Problems, section: WrittenValue) -> CasesTable:
         problems.add(position, "cases", f"{file} has no column '{name}'{hint}")
     if missing:
         raise MistakeError(section, "cases")
-    label = keys.label.value if keys.label else None
-    return _case_columns(problems, file, [_mapped(name, paths) for name in names], rows, label)
+    headers = [_mapped(name, paths) for name in names]
+    return _case_columns(problems, file, headers, rows, label.value if label else None)
 
 
-def _checked_keys(problems: Problems, section: WrittenValue) -> _Keys:
+def _checked_keys(problems: Problems, section: WrittenValue) -> dict[str, WrittenValue]:
     """Return the keys of a table of cases; MistakeError if one is invalid."""
     keys = section.value if isinstance(section.value, dict) else {"table": section}
     count = len(problems)
     for key in keys:
-        if key not in _Keys._fields:
-            message = f"unknown key '{key}'{did_you_mean(key, _Keys._fields)} (allowed: {', '.join(_Keys._fields)})"
+        if key not in _CASES_KEYS:
+            message = f"unknown key '{key}'{did_you_mean(key, _CASES_KEYS)} (allowed: {', '.join(_CASES_KEYS)})"
             problems.add(section.key_position(key), f"cases.{key}", message)
-    table, sheet, columns, label = (keys.get(key) for key in _Keys._fields)
+    table, sheet, columns, label = (keys.get(key) for key in _CASES_KEYS)
     assert table is not None  # `is_table`
     if sheet and (not str(sheet.value).isdigit() or str(sheet.value) == "0"):
         problems.add(sheet, "cases.sheet", f"found {quoted(sheet.value)}; expected the number of a sheet, 1 or more")
@@ -176,7 +170,7 @@ def _checked_keys(problems: Problems, section: WrittenValue) -> _Keys:
         problems.add(table, "cases.table", f"found {quoted(table.value)}; expected the name of {KNOWN_FILES_TEXT}")
     if len(problems) > count:
         raise MistakeError(section, "cases")
-    return _Keys(table, sheet, columns, label)
+    return keys
 
 
 def _rows_of_file(
