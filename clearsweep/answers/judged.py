@@ -184,6 +184,7 @@ def _array(values: Any) -> np.ndarray:
 
 
 def floats(values: np.ndarray) -> np.ndarray:
+    """Return a column as floats, NaN for null."""
     if values.dtype.kind == "O":
         return np.array([np.nan if is_missing(value) else value for value in values.tolist()], float)
     return values.astype(float, copy=False)

@@ -103,7 +103,7 @@ def read_keys(
 def _record_axes_of_searches(reader: Reader, all_keys: KeyTable, axes_of: Callable[[Any], Mapping]) -> None:
     """Record the values that searches may choose; `axes_of` returns those of one search."""
     for search in reader.searches.values():
-        with reader.problems.noting():
+        with reader.problems.reporting():
             for path, (position, written) in axes_of(search).items():
                 variations.record_axis(reader, search.name, path, position, written, all_keys)
 

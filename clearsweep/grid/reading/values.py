@@ -49,7 +49,7 @@ def read_word_key(reader: Reader, path: str, key: Word) -> None:
         )
         values = (key.conditional_default.word if key.conditional_default and has_conditional_default else key.default,)
     if path in reader.written_axes:
-        with reader.problems.noting():
+        with reader.problems.reporting():
             reader.axes[path] = tuple(values_of_axis(reader, path, ValueReader(read_word, "")))
         values = reader.axes.get(path, ())
     elif values:
@@ -78,7 +78,7 @@ def read_table_key(reader: Reader, path: str, key: Table) -> None:
         message = f"is missing; write the name of a .csv file in the directory of the grid ({key.columns.text})"
         reader.report(path, message)
         return
-    with reader.problems.noting():
+    with reader.problems.reporting():
         reader.values[path] = read_table(reader.problems, path, reader.written[path], key.columns)
 
 
@@ -120,7 +120,7 @@ def read_number(reader: Reader, path: str, key: Number) -> None:
         possible_fields = tuple(field for field, _ in meanings)
         unit = meanings[0][1][0]
         reading = ValueReader(lambda item: _read_number(reader, path, item, meanings), unit, possible_fields)
-        with reader.problems.noting():
+        with reader.problems.reporting():
             reader.axes[path] = tuple(values_of_axis(reader, path, reading))
     if path in reader.written:
         value = _read_number(reader, path, reader.written[path], meanings)

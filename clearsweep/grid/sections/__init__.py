@@ -301,7 +301,7 @@ class KeySection(NamedTuple):
         key, key_path = next(key for key in self.keys if key.name == name), f"{self.name}.{name}"
         written = section.value.get(name)
         if written is not None:
-            with problems.noting():
+            with problems.reporting():
                 return key.read(problems, key_path, written, unit)
             return None
         if key.required or key.missing:
@@ -353,7 +353,7 @@ def report_unknown_keys(
 
 def read_quantity(problems: Problems, key_path: str, written: WrittenValue, unit: str) -> float | None:
     """Return a quantity in SI, or None, with a problem, if it is not a quantity of this unit."""
-    with problems.noting():
+    with problems.reporting():
         value: float = placed(written, key_path, quantity.read, written.value, unit)
         return value
     return None

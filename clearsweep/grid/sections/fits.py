@@ -60,7 +60,7 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
                 continue
             reader = _FitReader(grid_reader, path, naming, values_of)
             is_base = entries is grid_reader.written and path in grid_reader.written_axes
-            with grid_reader.problems.noting():
+            with grid_reader.problems.reporting():
                 if reader.bearing in grid_reader.varied_names and not is_base:
                     _mount_each(reader, entries[path])
                 radii = reader.radii[:1] if is_base else reader.radii

@@ -105,7 +105,7 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
         elif isinstance(written.value, dict):
             _read_bounds(reader, column, written, units)
         else:
-            with reader.problems.noting():
+            with reader.problems.reporting():
                 reader.limits[column] = _read_limit(reader, f"limits.{column}", written, units[column])
 
 
@@ -172,7 +172,7 @@ def _read_bounds(reader: Reader, column: str, written: WrittenValue, units: dict
             )
             reader.problems.add(entries[kind], f"{path}.{kind}", message)
         elif kind in entries:
-            with reader.problems.noting():
+            with reader.problems.reporting():
                 bounds[kind] = _read_limit(reader, f"{path}.{kind}", entries[kind], unit)
     if any(kind in bounds for kind in KINDS):
         reader.limits[column] = bounds
@@ -280,7 +280,7 @@ def read_uncertain(reader: Reader, root: WrittenValue) -> None:
         if problem := _path_mistake(reader, path, [*entries]):
             reader.problems.add(section.key_position(path), f"{UNCERTAIN}.{path}", problem)
         else:
-            with reader.problems.noting():
+            with reader.problems.reporting():
                 reader.uncertain[path] = _coefficient_distribution(reader, path, written)
 
 

@@ -31,7 +31,7 @@ def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fi
     """Record the varied values; report paths that cannot vary.  Paths in `fixed_paths` no longer vary."""
     for section_name in VARYING_SECTIONS:
         section = section_in(root, section_name)
-        with reader.problems.noting():
+        with reader.problems.reporting():
             if section is not None:
                 _record_section(reader, root, section_name, section, all_keys, fixed_paths)
 
@@ -159,7 +159,7 @@ def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any]
     section_name, written = reader.varied_by[path], reader.written_axes[path]
     key_path = _axis_key_path(reader, section_name, path)
     if path in reader.added_written:
-        with reader.problems.noting():
+        with reader.problems.reporting():
             added_path, added = f"{reader.added_path}.{path}", reader.added_written[path]
             reader.added_cases[path] = read_axis(reader.problems, added_path, added, reading, distinct=False)
     if section_name == "cases" and (mistake := _unit_mistake(written, reading.unit)):

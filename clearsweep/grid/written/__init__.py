@@ -297,7 +297,7 @@ class Problems:
         self._positions.setdefault(message, (written.line, written.column))
 
     @contextlib.contextmanager
-    def noting(self) -> Iterator[None]:
+    def reporting(self) -> Iterator[None]:
         """In this context, a `MistakeError` is reported, and ends it."""
         try:
             yield

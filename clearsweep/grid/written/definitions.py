@@ -386,7 +386,7 @@ def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Wr
         section = sections.get(section_name)
         if section is not None and section_name == "cases" and is_table(section):
             silent, table, section = Problems(), section, None
-            with silent.noting():
+            with silent.reporting():
                 section = read_cases(silent, table).columns
         if section is not None and isinstance(section.value, dict):
             yield from ((path, section.key_position(path)) for path in section.value)
