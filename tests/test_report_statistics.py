@@ -415,7 +415,8 @@ def layout_with(*columns, life=""):
 def told_of(record, layout, block):
     pace = SlowestCase(record, layout)
     assert set(pace.columns) <= set(block)
-    pace.add({name: np.array(values) for name, values in block.items()}, lambda place: {"case_id": f"case{place}"})
+    if pace.columns:
+        pace.add({name: np.array(values) for name, values in block.items()}, lambda place: {"case_id": f"case{place}"})
     return pace.slowest
 
 

@@ -309,9 +309,9 @@ class RunDirectory:
 
     def register_batch(self, name: str) -> None:
         """Register a batch that was committed during this run, by the name of its summary."""
-        self.batches.append(self._read_batch(name))
+        self.batches.append(self.read_batch(name))
 
-    def _read_batch(self, name: str) -> BatchFiles:
+    def read_batch(self, name: str) -> BatchFiles:
         """Return a batch by the name of its summary; StorageError if it is not as a run writes it."""
         path, content = self.summaries / name, b""
         with contextlib.suppress(FileNotFoundError):
@@ -342,22 +342,9 @@ class RunDirectory:
         """Return the names of the summaries of all committed batches."""
         return {path.name for path in batch_files_in(self.summaries)}
 
-    def committed(self) -> set[str]:
-        """Return the names of all committed batches."""
-        return {name.partition("-")[0] for name in self.summary_names()}
-
     def committed_summary(self, batch: str) -> str | None:
         """Return the name of the summary that `batch` committed, or None if it committed nothing."""
         return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
-
-    def finished_ids_in(self, name: str) -> np.ndarray:
-        """Return the identities (uint64) of the cases in the summary `name`."""
-        return self._read_batch(name).ids
-
-    def counts_of(self, name: str) -> tuple[int, int]:
-        """Return how many cases the summary `name` contains and how many of them failed."""
-        failed = self._read_batch(name).failed
-        return len(failed), int(np.count_nonzero(failed))
 
     def rows(self) -> np.ndarray:
         """Return the location of each committed case (ROWS, ascending by id): its newest result, preferably 'ok'."""

@@ -9,9 +9,9 @@ from typing import Annotated, Any, NamedTuple, get_type_hints
 class Flag(NamedTuple):
     """How an option is written on the command line, and what it means."""
 
-    names: tuple[str, ...]  # on the command line; (): it is an option of `clearsweep.sweep` alone
-    help: str  # for the command line
+    help: str  # for the command line; '': it is an option of `clearsweep.sweep` alone
     text: str  # for Python
+    names: tuple[str, ...] = ()  # on the command line, besides that of the option
     metavar: str | None = None
     least: int | None = None  # smallest value of a whole number
     show_default: bool = False
@@ -24,9 +24,9 @@ class Options(NamedTuple):
     jobs: Annotated[
         int | None,
         Flag(
-            ("-j", "--jobs"),
             "Number of worker processes; default: one per core.",
             "number of worker processes; default the number of cores this process may use.",
+            names=("-j",),
             metavar="N",
             least=1,
         ),
@@ -34,7 +34,6 @@ class Options(NamedTuple):
     executor: Annotated[
         str,
         Flag(
-            ("--executor",),
             "Where cases run. local: worker processes; serial: this process; dask: the workers of a dask cluster; "
             "nodes: a pool of processes on each node of a cluster.",
             "'local' (processes), 'serial' (this process), 'dask' (a cluster) or 'nodes' (a driver on each node).",
@@ -45,7 +44,6 @@ class Options(NamedTuple):
     scheduler: Annotated[
         str | None,
         Flag(
-            ("--scheduler",),
             "Address of a running dask scheduler; `dask` can start its own.",
             "address of the cluster's scheduler; default a new cluster on this machine.",
             metavar="ADDRESS",
@@ -53,14 +51,11 @@ class Options(NamedTuple):
     ] = None
     retry_failed: Annotated[
         bool,
-        Flag(
-            ("--retry-failed",), "Rerun the cases that failed in an earlier run.", "run cases again that failed before."
-        ),
+        Flag("Rerun the cases that failed in an earlier run.", "run cases again that failed before."),
     ] = False
     case_timeout: Annotated[
         float | None,
         Flag(
-            ("--case-timeout",),
             "Stop any case that runs longer than this.",
             "s, longest time of a case; a longer case gets the status 'timeout'.",
             metavar="SECONDS",
@@ -69,7 +64,6 @@ class Options(NamedTuple):
     max_failures: Annotated[
         int | str | None,
         Flag(
-            ("--max-failures",),
             "Stop when more than N cases, or P % of the cases, have failed.",
             "int, or text such as '5%' of the cases to run: stop when more than that have failed.",
             metavar="N|P%",
@@ -78,7 +72,6 @@ class Options(NamedTuple):
     shard: Annotated[
         str | None,
         Flag(
-            ("--shard",),
             "Run only part I of N equal parts; `merge` joins the parts.",
             "text such as '2/8': run only the second of eight parts of the cases; `merge` joins them.",
             metavar="I/N",
@@ -87,7 +80,6 @@ class Options(NamedTuple):
     fresh: Annotated[
         bool,
         Flag(
-            ("--fresh",),
             "Move an earlier run in the directory aside, to NAME-2, and start anew.",
             "move an earlier run in the directory aside, also one of an equal grid.",
         ),
@@ -95,7 +87,6 @@ class Options(NamedTuple):
     no_effects: Annotated[
         bool,
         Flag(
-            ("--no-effects",),
             "Where `seek` finds no value, do not run the cases that show which other keys help.",
             "where `seek` finds no value, do not run the cases that show which other keys help.",
         ),
@@ -103,7 +94,6 @@ class Options(NamedTuple):
     trust_laws: Annotated[
         str | None,
         Flag(
-            ("--trust-laws",),
             "Run law files for this command: without a value those in the folder of the grid, else FILE=SHA256,... "
             "`clearsweep trust` allows them for good.",
             "'own-folder': run the law files in the folder of the grid; or 'FILE=SHA256,...': run these texts.",
@@ -111,7 +101,7 @@ class Options(NamedTuple):
             bare="own-folder",
         ),
     ] = None
-    show_progress: Annotated[bool, Flag((), "", "show progress on stderr.")] = True
+    show_progress: Annotated[bool, Flag("", "show progress on stderr.")] = True
 
 
 NO_OPTIONS = Options()
@@ -119,7 +109,12 @@ NO_OPTIONS = Options()
 
 def flags() -> dict[str, Flag]:
     """Return the flag of each option, by name."""
-    return {name: hint.__metadata__[0] for name, hint in get_type_hints(Options, include_extras=True).items()}
+    hints = get_type_hints(Options, include_extras=True)
+    declared = {name: hint.__metadata__[0] for name, hint in hints.items()}
+    return {
+        name: flag._replace(names=(*flag.names, f"--{name.replace('_', '-')}")) if flag.help else flag
+        for name, flag in declared.items()
+    }
 
 
 def flag_type(name: str) -> Any:

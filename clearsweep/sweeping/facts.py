@@ -65,15 +65,10 @@ def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
     if value is None or isinstance(value, str):
         return value or "-"
     label = next((name for name, labelled in facts.get("labels", {}).get(path, {}).items() if labelled == value), "")
-    number = _number_text(path, value, facts)
-    return f"{label} ({number})" if label else number
-
-
-def _number_text(path: str, value: float, facts: dict[str, Any]) -> str:
-    """Return a swept number with its unit; if it is the mean clearance of a fit, the fit is added."""
     fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
     digits = facts.get("digits", {}).get(path, MIN_DIGITS)
-    return varied_text(path, value, facts["units"].get(path, "1"), facts["written_units"], digits) + fit
+    number = varied_text(path, value, facts["units"].get(path, "1"), facts["written_units"], digits) + fit
+    return f"{label} ({number})" if label else number
 
 
 def first_and_last_value(grid: Grid, path: str) -> list[Any]:
@@ -133,8 +128,6 @@ class LifeExtremes:
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""
-        if not self.columns:
-            return
         hours = block[self.columns[0]].astype(float)
         self.unreached += int(np.isnan(hours).sum())
         if np.isnan(hours).all():
@@ -178,8 +171,6 @@ class SlowestCase:
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""
-        if not self.columns:
-            return
         run_times = block[RUN_TIME].astype(float)
         speed, revolutions = (
             block[name].astype(float) if name in self.columns else np.full(run_times.size, self.fixed_values[name])
@@ -206,13 +197,12 @@ class WorstCases:
     def __init__(self, ranking: CaseRanking, joints: list[str], limits: tuple[Limit, ...]):
         """Prepare with the ranking, the joints whose force peaks each entry contains, and the limits of the grid."""
         self.ranking, self.joints, self.limits = ranking, joints, limits
-        self.columns = [*dict.fromkeys((*ranking.columns, *(f"{joint}_force_peak" for joint in joints)))]
+        columns = dict.fromkeys((*ranking.columns, *(f"{joint}_force_peak" for joint in joints)))
+        self.columns = [*columns] if ranking.candidates else []
         self.entries: list[dict[str, Any]] = []  # the worst first
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""
-        if not self.ranking.candidates:
-            return
         values, candidate_numbers = self.ranking.worst_values(block)
         severity = self.ranking.severity(values, block)
         least_severity = np.partition(severity, -WORST_CASES)[-WORST_CASES] if len(severity) > WORST_CASES else -np.inf
@@ -292,11 +282,10 @@ class RunFacts:
             is_counted = is_ok & is_of_grid
             finished = block if is_counted.all() else {name: values[is_counted] for name, values in block.items()}
             self.remarks.add(finished)
-            self.limits.add(finished, self.swept)
             describe = functools.partial(_case_description, finished, swept=self.swept)
-            self.lives.add(finished, describe)
-            self.slowest_case.add(finished, describe)
-            self.worst.add(finished, describe)
+            for part in (self.limits, self.lives, self.slowest_case, self.worst):
+                if part.columns:
+                    part.add(finished, describe)
             largest = largest_expected_peak(finished, self._joints)
             if largest and (self.expected is None or largest.value > self.expected["value"]):
                 index = finished["case_id"].tolist().index(largest.case_id)
@@ -313,19 +302,14 @@ class RunFacts:
         return {
             "statuses": dict(self.statuses),
             "remarks": {"cases": self.remarks.cases, **self.remarks.counts},
-            "limits": {"cases": self.limits.cases, "any": self.limits.any, "unknown": self.limits.any_unknown},
-            "exceeded": dict(self.limits.exceeded),
-            "unknown": dict(self.limits.unknown),
-            "fails": dict(self.limits.fails),
-            "unjudged": dict(self.limits.unjudged),
+            **{name: dict(counter) for name, counter in self.limits.counters.items()},
             "unreached": self.lives.unreached,
         }
 
     def _replace_counts(self, counts: list[dict[str, Any]]) -> None:
         """Replace the counts of the rows read by the sums over all blocks."""
-        limits, self.statuses = sum_counts(counts, "limits"), sum_counts(counts, "statuses")
-        self.limits.exceeded, self.limits.unknown = sum_counts(counts, "exceeded"), sum_counts(counts, "unknown")
-        self.limits.cases, self.limits.any, self.limits.any_unknown = limits["cases"], limits["any"], limits["unknown"]
+        self.statuses = sum_counts(counts, "statuses")
+        self.limits.counters = {name: sum_counts(counts, name) for name in self.limits.counters}
         self.remarks.replace_counts(sum_counts(counts, "remarks"))
         self.lives.unreached = sum(count["unreached"] for count in counts)
 
@@ -338,12 +322,13 @@ class _LimitCounts:
         self.units = units_of(record)
         limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
         self.columns = [EXCEEDED_COLUMN, UNDECIDED_COLUMN, MARGIN_COLUMN, *sorted(limited)] if limited else []
-        self.cases = 0
-        self.exceeded: Counter[str] = Counter()  # column -> number of cases beyond its limit
-        self.unknown: Counter[str] = Counter()  # column -> number of cases whose limit is undecided
-        self.fails: Counter[str] = Counter()  # index of a limit -> number of cases beyond it
-        self.unjudged: Counter[str] = Counter()  # index of a limit -> number of cases that leave it undecided
-        self.any = self.any_unknown = 0
+        self.counters: dict[str, Counter[str]] = {
+            "limits": Counter(cases=0, any=0, unknown=0),  # all cases, and those beyond, or undecided by, any limit
+            "exceeded": Counter(),  # column -> number of cases beyond its limit
+            "unknown": Counter(),  # column -> number of cases whose limit is undecided
+            "fails": Counter(),  # index of a limit -> number of cases beyond it
+            "unjudged": Counter(),  # index of a limit -> number of cases that leave it undecided
+        }
         candidate = Candidate("", (MARGIN_COLUMN,))
         self.ranking = CaseRanking(
             "limits", "", (), is_smallest_worst=True, candidates=(candidate,), limits=self.verdict.limits
@@ -351,27 +336,27 @@ class _LimitCounts:
         self.worst: dict[str, Any] | None = None  # exceeding without a margin by most, else with the smallest margin
         self._worst_key = -np.inf, ""  # severity and identity
 
-    def add(self, block: dict[str, np.ndarray], swept: list[str]) -> None:
-        """Add some finished cases."""
-        if not self.columns:
-            return
-        self.cases += len(block["status"])
-        self.any += sum(map(bool, block[EXCEEDED_COLUMN]))
-        both = zip(block[EXCEEDED_COLUMN], block[UNDECIDED_COLUMN], strict=True)
-        self.any_unknown += sum(bool(undecided) and not exceeded for exceeded, undecided in both)
-        for counter, column in ((self.exceeded, EXCEEDED_COLUMN), (self.unknown, UNDECIDED_COLUMN)):
-            counter.update(name for names in block[column] if names for name in names.split(","))
+    def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
+        """Add finished cases; describe : index in the block -> description of the case."""
+        both = list(zip(block[EXCEEDED_COLUMN], block[UNDECIDED_COLUMN], strict=True))
+        beyond, undecided = (
+            sum(bool(names) for names, _ in both),
+            sum(bool(open_) and not names for names, open_ in both),
+        )
+        self.counters["limits"].update(cases=len(both), any=beyond, unknown=undecided)
+        for counter, column in (("exceeded", EXCEEDED_COLUMN), ("unknown", UNDECIDED_COLUMN)):
+            self.counters[counter].update(name for names in block[column] if names for name in names.split(","))
         for index, limit in enumerate(self.verdict.limits):
-            self.fails[str(index)] += int(np.count_nonzero(limit.is_exceeded(block)))
-            self.unjudged[str(index)] += int(np.count_nonzero(limit.is_undecided(block)))
+            self.counters["fails"][str(index)] += int(np.count_nonzero(limit.is_exceeded(block)))
+            self.counters["unjudged"][str(index)] += int(np.count_nonzero(limit.is_undecided(block)))
         severity = self.ranking.severity(self.ranking.worst_values(block)[0], block)
         index = int(np.lexsort((block["case_id"], severity))[-1])
         key = float(severity[index]), str(block["case_id"][index])
         if severity[index] > -np.inf and key > self._worst_key:
-            margin, exceeded = float(block[MARGIN_COLUMN][index]), block[EXCEEDED_COLUMN][index] or ""
-            words = case_margin_text(margin, self.verdict.limits, exceeded)
+            margin, names = float(block[MARGIN_COLUMN][index]), block[EXCEEDED_COLUMN][index] or ""
+            words = case_margin_text(margin, self.verdict.limits, names)
             figures = {"margin": margin if np.isfinite(margin) else None, "margin_words": words}
-            self.worst, self._worst_key = _case_description(block, index, swept) | figures, key
+            self.worst, self._worst_key = describe(index) | figures, key
 
     def facts(self) -> dict[str, Any] | None:
         """Return the counts for JSON, or None if there are no limits."""
@@ -380,12 +365,13 @@ class _LimitCounts:
         bounds: dict[str, list[str]] = {limit.column: [] for limit in self.verdict.limits}
         for limit in self.verdict.limits:
             bounds[limit.column].append(limit.bound_text(self.units.get(limit.column, "1")))
+        counts, exceeded, unknown = (self.counters[name] for name in ("limits", "exceeded", "unknown"))
         each = {
-            name: {"limit": ", ".join(text), "cases": self.exceeded[name], "unknown": self.unknown[name]}
+            name: {"limit": ", ".join(text), "cases": exceeded[name], "unknown": unknown[name]}
             for name, text in bounds.items()
         }
-        counts = {"cases": self.cases, "exceeding": self.any, "unknown": self.any_unknown}
-        return counts | {"each": each, "worst": self.worst}
+        totals = {"cases": counts["cases"], "exceeding": counts["any"], "unknown": counts["unknown"]}
+        return totals | {"each": each, "worst": self.worst}
 
 
 def _case_description(block: dict[str, np.ndarray], index: int, swept: list[str]) -> dict[str, Any]:

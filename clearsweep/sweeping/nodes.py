@@ -18,7 +18,7 @@ from ..language import phases
 from ..language.errors import ClearsweepError, InputError, SchedulerLostError, StorageError, error_line
 from ..store import durable
 from .blockwise import BlockJob, BlockRunner, BlocksOutcome, allowed_failures, finished_mark, unfinished_blocks
-from .pool import executors, system
+from .pool import executors, system, worker
 from .pool.case_runner import CaseRunner, Pending, missing_indices
 from .pool.driver import CaseProgress
 
@@ -96,23 +96,21 @@ class _OtherCommits:
         if stop_file(self.node.job, self.node.token).exists():
             raise _StoppedError
         names = self.directory.summary_names() - self.read_names
-        id_arrays = [self.directory.finished_ids_in(name) for name in sorted(names)]
+        id_arrays = [self.directory.read_batch(name).ids for name in sorted(names)]
         self.read_names |= names
         self.ids = np.unique(np.concatenate([self.ids, *id_arrays]))
         return self.ids
 
 
-def run_block(token: str, content: bytes, number: int, most_failures: int | None) -> NodeReport:
-    """Run the missing cases of a block with the workers of this node, and start finishing the block."""
-    return _run(token, content, number, most_failures, is_helping=False)
-
-
 def help_block(token: str, content: bytes, number: int) -> NodeReport:
     """Run cases of another node's block, from its end, until all are committed."""
-    return _run(token, content, number, None, is_helping=True)
+    return run_block(token, content, number, is_helping=True)
 
 
-def _run(token: str, content: bytes, number: int, most_failures: int | None, *, is_helping: bool) -> NodeReport:
+def run_block(
+    token: str, content: bytes, number: int, most_failures: int | None = None, *, is_helping: bool = False
+) -> NodeReport:
+    """Run the missing cases of a block with the workers of this node, and start finishing the block."""
     node, address = _node_driver(token, content), _address()
     case_runner, runner = node.case_runner, node.runner
     counts_before = case_runner.ran, case_runner.failed, case_runner.case_seconds
@@ -224,7 +222,7 @@ class Cluster:
         """Return the future of a function on any node, or on one of the nodes `on`."""
         where = [on] if on else self.nodes() if self.excluded | self.silent else None
         task = pickle.dumps((function, args))
-        return self._client.submit(node_task, task, pure=False, workers=where, allow_other_workers=False)
+        return self._client.submit(worker.run_packed, task, pure=False, workers=where, allow_other_workers=False)
 
     def exclude_node_of(self, future: Any) -> None:
         """Stop using the node that runs a task."""
@@ -254,12 +252,6 @@ class Cluster:
     def close(self) -> None:
         """Disconnect from the scheduler."""
         executors.close_peer(self._client)
-
-
-def node_task(content: bytes) -> Any:
-    """Return the outcome of a pickled (function, arguments)."""
-    function, arguments = pickle.loads(content)
-    return function(*arguments)
 
 
 class _Task:
@@ -413,17 +405,15 @@ class NodesDriver:
             tasks = [self.cluster.submit(flush, self.token, on=address) for address in self.cluster.nodes()]
             for task in tasks:
                 deadline = time.monotonic() + executors.ANSWER_TIMEOUT
-                while not task.done() and not (system.requested() or self._all_marked(deadline)):
+                while not task.done() and not system.requested():
+                    if time.monotonic() > deadline and not unfinished_blocks(self.job)[0]:
+                        break  # all are finished all the same
                     time.sleep(CHECK_INTERVAL)
                 if task.done() and (report := task.result(timeout=executors.ANSWER_TIMEOUT)).refused:
                     self.cluster.excluded.add(report.node)
                     self.refusal = report.refused
         except Exception:
             self.cluster.reconnect()
-
-    def _all_marked(self, deadline: float) -> bool:
-        """Return whether all blocks are finished; checked only after a while."""
-        return time.monotonic() > deadline and not unfinished_blocks(self.job)[0]
 
     def _close_nodes(self) -> None:
         try:

@@ -13,41 +13,16 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ... import grid as grids
-from ... import simulation, store
+from ... import store
 from ...contracts.case import Case
-from ...contracts.catalogue import Catalogue
-from ...contracts.results import Peak, Trajectory
+from ...contracts.results import Peak
 from ...contracts.search import CaseResults, Rounds
 from ...language import phases
 from ...language.errors import InputError, error_line
 from .. import Options
 from . import executors, system
 from .driver import CHECK_INTERVAL, Batches, CaseProgress, CompilationProgress, Driver
-from .worker import RunContext, Simulator, find_peak, prepare
-
-# The functions of `clearsweep.simulation` that sweeps use, as one value that can be sent to a worker process.
-
-
-def _recommended(case: Case) -> list[str]:
-    return simulation.recommended_texts(simulation.recommendations(case))
-
-
-class _Functions(NamedTuple):
-    catalogue: Callable[[], Catalogue] = simulation.catalogue
-    load: Callable[[], None] = simulation.load
-    signature: Callable[[Case], Hashable] = simulation.signature
-    compile_for: Callable[[Case], None] = simulation.compile_for
-    compile_loop: Callable[[Case], None] = simulation.compile_loop
-    solve: Callable[..., Trajectory] = simulation.solve
-    peak: Callable[[Case, int, float, float | None], Peak] = simulation.peak_revolution
-    derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
-    warnings: Callable[[Case], list[str]] = simulation.warnings
-    recommended: Callable[[Case], list[str]] = _recommended
-    alternatives: Callable[[Case], dict[str, list[str]]] = simulation.alternatives
-
-
-SIMULATION: Simulator = _Functions()
-
+from .worker import SIMULATION, RunContext, Simulator, find_peak, prepare
 
 HERE_SECONDS = 2.0  # s of cases that this process runs at most
 POOL_SECONDS = 0.4  # s that worker processes must save before they are started

@@ -32,31 +32,6 @@ MAX_LISTED_CASES = 3  # most running cases in a line
 LONG_CASE_TIME = phases.FIRST_LINE_DELAY  # s after which a running case is listed
 
 
-class CompletionRate:
-    """Mean rate of finished cases since the first one; a single batch hardly changes it."""
-
-    def __init__(self) -> None:
-        self.start_time: float | None = None
-        self.initial_count = 0
-
-    def record(self, done: int) -> None:
-        """Record that `done` cases are finished: the rate counts from the first ones."""
-        if self.start_time is None and done:
-            self.start_time, self.initial_count = time.monotonic(), done
-
-    def remaining_time(self, done: int, total: int) -> float | None:
-        """Return the seconds left after `done` cases, or None while unknown."""
-        if self.start_time is None:
-            self.record(done)
-            return None
-        spent = time.monotonic() - self.start_time
-        return (
-            None
-            if done == self.initial_count or spent < SETTLING_TIME
-            else spent * (total - done) / (done - self.initial_count)
-        )
-
-
 class CaseProgress(phases.Phase):
     """The phase in which cases run: how many are finished, how long the others take, and which take long."""
 
@@ -69,7 +44,7 @@ class CaseProgress(phases.Phase):
         self.title, self.earlier, self.later = title, done, later
         self.total, self.done, self.failed, self.worker_count = total, done, failed, 1
         self.facts = {"run": self._counts()}
-        self.rate = CompletionRate()
+        self.first_cases: tuple[float, int] | None = None  # s and number, from which the mean rate counts
         #: Returns the number of finished cases in running batches, and the current cases of the workers.
         self.read_progress: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
         self._last_read: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
@@ -88,7 +63,7 @@ class CaseProgress(phases.Phase):
     def advance(self, new_done: int, new_failed: int) -> None:
         """Record more finished cases, and how many of them failed."""
         self.done, self.failed = self.done + new_done, self.failed + new_failed
-        self.rate.record(self.done - self.earlier)
+        self._remaining_by_rate(self.done)
         self.note(run=self._counts())
 
     def _status_text(self) -> str:
@@ -96,13 +71,22 @@ class CaseProgress(phases.Phase):
         self.share = done_count / max(self.total, 1)
         return f"{self.title}{done_count:,} of {self.total:,} cases, {self.failed:,} failed"
 
+    def _remaining_by_rate(self, done: int) -> float | None:
+        """Return the time (s) left after `done` cases at the mean rate since the first ones, None while unknown."""
+        if self.first_cases is None and done > self.earlier:
+            self.first_cases = time.monotonic(), done
+        begin, first_done = self.first_cases or (math.inf, done)
+        spent = time.monotonic() - begin
+        if done == first_done or spent < SETTLING_TIME:
+            return None
+        return spent * (self.total + self.later - done) / (done - first_done)
+
     def remaining_time(self, now: float) -> float | None:
         """Return the time (s) left: from the mean pace of cases, or from the progress of running ones."""
         done_in_batches, running = self.running_cases()
         with_estimate = [case for case in running if case.left is not None]
-        total = self.total + self.later
         done = self.done + done_in_batches
-        remaining_by_rate = self.rate.remaining_time(done - self.earlier, total - self.earlier)
+        remaining_by_rate = self._remaining_by_rate(done)
         if not with_estimate:
             return remaining_by_rate
         remaining_time = max(case.left or 0.0 for case in with_estimate)
@@ -111,7 +95,7 @@ class CaseProgress(phases.Phase):
         durations = [case.seconds + (case.left or 0.0) for case in with_estimate if not case.once]
         if not durations:
             return None
-        waiting = max(total - done - len(running), 0)
+        waiting = max(self.total + self.later - done - len(running), 0)
         return max(
             remaining_time,
             sum(durations) / len(durations) * (1.0 + waiting / max(self.worker_count, 1)) - with_estimate[0].seconds,
@@ -365,7 +349,8 @@ class Driver:
         committed = self.directory.committed_summary(batch.name)
         if committed is None:
             return False
-        self._record_result(batch, BatchOutcome(committed, *self.directory.counts_of(committed), 0.0))
+        failed = self.directory.read_batch(committed).failed
+        self._record_result(batch, BatchOutcome(committed, len(failed), int(np.count_nonzero(failed)), 0.0))
         return True
 
     def _handle_death(self, batch: Batch, exitcode: int | None) -> None:
@@ -420,7 +405,7 @@ class Driver:
         A worker on another machine cannot be checked, but its commits can.
         """
         now, elsewhere = time.monotonic(), self.executor.is_remote
-        committed = self.directory.committed() if elsewhere else set()
+        committed = {name.partition("-")[0] for name in self.directory.summary_names()} if elsewhere else set()
         for future, batch in self.running.items():
             worker_status = None if elsewhere else read_worker_status(self.context, batch)
             if batch.name in committed or (worker_status and not _is_alive(worker_status.process)):

@@ -13,12 +13,12 @@ from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import h5py  # noqa: F401 - workers are forks: what a commit needs is loaded before, and once
 import numpy as np
 
-from ... import store
+from ... import simulation, store
 from ...answers.validity import LIFE_FAILED
 from ...contracts.case import Case
 from ...contracts.catalogue import Catalogue
@@ -84,47 +84,30 @@ OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
 STATUS_LENGTH = 22  # bytes for worker and case; after them a watchdog writes the position of a case that timed out
 
 
-class Simulator(Protocol):
-    """The functions of mechanics that a sweep calls: `SIMULATION`, or a substitute in tests.
+def _recommended(case: Case) -> list[str]:
+    return simulation.recommended_texts(simulation.recommendations(case))
 
-    It is pickled for worker processes.
-    """
 
-    def catalogue(self) -> Catalogue:
-        """Return all laws, for reading a grid."""
+class Simulator(NamedTuple):
+    """The functions of `clearsweep.simulation` that a sweep calls, as one value; it is pickled for worker processes."""
 
-    def load(self) -> None:
-        """Load the modules of cases."""
+    catalogue: Callable[[], Catalogue] = simulation.catalogue  # all laws, for reading a grid
+    load: Callable[[], None] = simulation.load  # loads the modules of cases
+    signature: Callable[[Case], Hashable] = simulation.signature  # a key that cases with the same compiled code share
+    compile_for: Callable[[Case], None] = simulation.compile_for  # compiles the code of a signature, or loads it
+    compile_loop: Callable[[Case], None] = simulation.compile_loop  # compiles the code of all cases, or loads it
+    solve: Callable[..., Trajectory] = simulation.solve  # result of a case; a life resumes from a `store.Unfinished`
+    #: Revolution with the largest normal force of a joint, of a run of this length (revolutions); the last argument:
+    #: revolutions before its window, None: those of the case.
+    peak: Callable[[Case, int, float, float | None], Peak] = simulation.peak_revolution
+    derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived  # name -> (value, SI unit)
+    warnings: Callable[[Case], list[str]] = simulation.warnings  # sentences about suspicious values
+    recommended: Callable[[Case], list[str]] = _recommended  # lines on the laws recommended for the joints of a case
+    #: Path of a law's name -> the other laws that are suitable for its joint.
+    alternatives: Callable[[Case], dict[str, list[str]]] = simulation.alternatives
 
-    def signature(self, case: Case, /) -> Hashable:
-        """Return a key that cases with the same compiled code share."""
 
-    def compile_for(self, case: Case, /) -> None:
-        """Compile the code of a case's signature, or load it from the cache."""
-
-    def compile_loop(self, case: Case, /) -> None:
-        """Compile the code of all cases, or load it from the cache."""
-
-    def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
-        """Return the result of a case; a life gets a `log`, from which it resumes."""
-
-    def peak(self, case: Case, joint: int, revolutions: float, window_from: float | None, /) -> Peak:
-        """Return the revolution with the largest normal force of a joint.
-
-        revolutions : length of the run; window_from : revolutions before its window, None: those of the case.
-        """
-
-    def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
-        """Return name -> (value, SI unit) of derived values."""
-
-    def warnings(self, case: Case, /) -> list[str]:
-        """Return sentences about suspicious values."""
-
-    def recommended(self, case: Case, /) -> list[str]:
-        """Return lines on the laws that are recommended for the joints of a case."""
-
-    def alternatives(self, case: Case, /) -> dict[str, list[str]]:
-        """Return path of a law's name -> the other laws that are suitable for its joint."""
+SIMULATION = Simulator()
 
 
 @dataclass(frozen=True)
