@@ -26,7 +26,7 @@ from .results import (
     read_results,
     write_search_table,
 )
-from .state import Unfinished, Working, case_text, clean, clean_text, progress_file, status, status_text
+from .state import Unfinished, Working, case_text, clean, clean_text, status, status_text
 
 
 def open(directory: str | Path) -> StoredRun:

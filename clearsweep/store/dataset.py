@@ -7,7 +7,7 @@ asks for are read.  The mark of a block guarantees the ranges of its columns, an
 import operator
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, partialmethod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -77,23 +77,12 @@ class LazyColumn:
         operand = pa.array(values, kind) if compare is _is_in else values[0]
         return Condition(compare(pc.field(self._name), operand), frozenset([self._name]), ids)
 
-    def __eq__(self, value: object) -> Condition:  # type: ignore[override]
-        return self._condition(operator.eq, value)
-
-    def __ne__(self, value: object) -> Condition:  # type: ignore[override]
-        return self._condition(operator.ne, value)
-
-    def __lt__(self, value: Any) -> Condition:
-        return self._condition(operator.lt, value)
-
-    def __le__(self, value: Any) -> Condition:
-        return self._condition(operator.le, value)
-
-    def __gt__(self, value: Any) -> Condition:
-        return self._condition(operator.gt, value)
-
-    def __ge__(self, value: Any) -> Condition:
-        return self._condition(operator.ge, value)
+    __eq__: Callable[..., Condition] = partialmethod(_condition, operator.eq)  # type: ignore[assignment]
+    __ne__: Callable[..., Condition] = partialmethod(_condition, operator.ne)  # type: ignore[assignment]
+    __lt__: Callable[..., Condition] = partialmethod(_condition, operator.lt)  # type: ignore[assignment]
+    __le__: Callable[..., Condition] = partialmethod(_condition, operator.le)  # type: ignore[assignment]
+    __gt__: Callable[..., Condition] = partialmethod(_condition, operator.gt)  # type: ignore[assignment]
+    __ge__: Callable[..., Condition] = partialmethod(_condition, operator.ge)  # type: ignore[assignment]
 
     def isin(self, values: Any) -> Condition:
         """Return the condition of one of some values."""

@@ -65,7 +65,7 @@ class OtherGridError(DirectoryError):
 class RunDirectory:
     """The directory of one run; only its batch files determine which cases are finished."""
 
-    def __init__(self, path: str | Path):
+    def __init__(self, path: str | Path, result_schema: ResultSchema | None = None):
         self.path = Path(path)
         self.orbits, self.summaries = self.path / ORBITS, self.path / SUMMARIES
         self.scratch = self.path / SCRATCH
@@ -74,7 +74,7 @@ class RunDirectory:
         self.others: list[BatchFiles] = []  # batches of another grid
         self.misshapen: set[Path] = set()  # summaries whose content no run writes
         self.frame: str | None = None  # `ResultSchema.frame` of the batches that count; None: of all
-        self.result_schema: ResultSchema | None = None  # of these batches, if it is known
+        self.result_schema = result_schema  # of these batches, if it is known
         self.record_damage: str | None = None  # damage of run.json, if it can be restored from the batches
 
     def check(self, grid: Grid) -> None:
@@ -105,8 +105,8 @@ class RunDirectory:
     def _blocks_match(self) -> bool:
         """Return whether a block of the run has batches of the requested grid."""
         for folder in sorted(self.path.glob(f"{BLOCKS}/*/{SUMMARIES}")):
-            block = RunDirectory(folder.parent)
-            block.frame, block.result_schema = self.frame, self.result_schema
+            block = RunDirectory(folder.parent, self.result_schema)
+            block.frame = self.frame
             block.load_batches(histories=False)
             if block.batches:
                 return True
@@ -257,7 +257,7 @@ class RunDirectory:
             else:
                 durable.set_aside(path)
         notes += [f"{batch.summary.relative_to(self.path)}: of another grid; left alone" for batch in self.others]
-        if logs := durable.find_life_logs(self.scratch):  # cases whose process was killed after the commit
+        if logs := durable.find(self.scratch, durable.LIFE_LOG):  # cases whose process was killed after the commit
             rows = self.rows()
             finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
             for case_id in finished_ids.intersection(logs):

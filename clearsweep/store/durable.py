@@ -27,12 +27,13 @@ _KINDS = {
     stat.S_IFBLK: "a device",
 }
 # Names of files that a killed run leaves.
-_TEMPORARY = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop|run\.work)")
-_LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
+TEMPORARY = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(?:part|note|work|stop)|stop|run\.work)")
+PROGRESS = re.compile(r"\.clearsweep-([0-9a-f]{16})\.work")  # of a batch
+LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
 _OWN_MARK = b"clearsweep"  # in the first or last MARKED bytes of a page or picture, after one of _OWN_STARTS
 _OWN_STARTS = (b"<!doctype html", b"<?xml", b"<svg", b"<!-- drawn by", b"\x89PNG", b"%PDF", b"GIF8", b"RIFF")
 _MARKED = 4096  # bytes
-_SET_ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
+SET_ASIDE = re.compile(r"([0-9a-f]{16}-[0-9a-f]{16}\.(?:h5|parquet))\.damaged")
 
 
 def check_regular(path: Path) -> None:
@@ -137,20 +138,14 @@ def life_log(folder: Path, case_id: str) -> Path:
     return scratch_file(folder, f"{case_id}.life")
 
 
-def find_life_logs(folder: Path) -> dict[str, Path]:
-    """Return the files kept for uncommitted cases in a folder, by case identity."""
-    matches = ((name, _LIFE_LOG.fullmatch(name)) for name in _names_in(folder))
+def find(folder: Path, names: re.Pattern[str]) -> dict[str, Path]:
+    """Return the files in a folder whose names match TEMPORARY, PROGRESS, LIFE_LOG or SET_ASIDE, by their group."""
+    matches = ((name, names.fullmatch(name)) for name in _names_in(folder))
     return {match.group(1): folder / name for name, match in matches if match}
 
 
 def _names_in(folder: Path) -> list[str]:
     return sorted(os.listdir(folder)) if folder.is_dir() else []
-
-
-def batch_of_progress(name: str) -> str | None:
-    """Return the batch whose progress is in the file `name`, or None for another file."""
-    match = re.fullmatch(r"\.clearsweep-([0-9a-f]{16})\.work", name)
-    return match and match.group(1)
 
 
 def overwrite_temporary(path: Path, content: bytes) -> None:
@@ -256,21 +251,10 @@ def set_aside(path: Path) -> None:
 def remove_temporaries(folder: Path, *, remove_folder: bool = False) -> None:
     """Remove the temporary files of runs in a folder; `remove_folder`: also the folder, if it is then empty."""
     with contextlib.suppress(OSError):
-        for name in os.listdir(folder):
-            if _TEMPORARY.fullmatch(name):
-                discard(folder / name)
+        for path in find(folder, TEMPORARY).values():
+            discard(path)
         if remove_folder:
             os.rmdir(folder)
-
-
-def find_temporaries(folder: Path) -> list[Path]:
-    """Return the temporary files that runs have left in a folder."""
-    return [folder / name for name in _names_in(folder) if _TEMPORARY.fullmatch(name)]
-
-
-def find_set_aside(folder: Path) -> list[Path]:
-    """Return the batch files in a folder that `set_aside` has renamed."""
-    return [folder / name for name in _names_in(folder) if _SET_ASIDE.fullmatch(name)]
 
 
 def check_writable(folder: Path) -> None:
@@ -283,7 +267,7 @@ def check_writable(folder: Path) -> None:
 
 def find_foreign_names(folder: Path) -> list[str]:
     """Return the names in a folder for temporary files that are not from runs."""
-    return [name for name in _names_in(folder) if not _TEMPORARY.fullmatch(name) and not _LIFE_LOG.fullmatch(name)]
+    return [name for name in _names_in(folder) if not TEMPORARY.fullmatch(name) and not LIFE_LOG.fullmatch(name)]
 
 
 def sync(path: Path) -> None:

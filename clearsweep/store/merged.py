@@ -7,7 +7,7 @@ import os
 import stat
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from io import BufferedReader
 from pathlib import Path
@@ -105,7 +105,11 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
     """
     row_sets = indices_by_value((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // ROWS_IN_MEMORY)
     if len(row_sets) < 2:
-        yield from _groups(*_rows_of_batches(run, schema, rows), schema)
+        columns, order = _rows_of_batches(run, schema, rows)
+        # column by column: one of them fits into the processor's cache, all of them do not
+        ordered = pa.Table.from_arrays([rows_at(column, order) for column in columns], schema=schema)
+        for first in range(0, len(order), GROUP_ROWS):
+            yield ordered.slice(first, GROUP_ROWS)
         return
     group_bounds = np.arange(0, len(rows) + GROUP_ROWS, GROUP_ROWS)
     with contextlib.ExitStack() as files:
@@ -128,14 +132,6 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             )
             in_order = [rows_at(columns.pop(0).combine_chunks(), order) for _ in schema]
             yield pa.Table.from_arrays(in_order, schema=schema)
-
-
-def _groups(columns: Iterable[pa.Array], order: np.ndarray, schema: pa.Schema) -> Iterator[pa.Table]:
-    """Yield rows in an order, GROUP_ROWS at a time."""
-    # column by column: one of them fits into the processor's cache, all of them do not
-    ordered = pa.Table.from_arrays([rows_at(column, order) for column in columns], schema=schema)
-    for first in range(0, len(order), GROUP_ROWS):
-        yield ordered.slice(first, GROUP_ROWS)
 
 
 def indices_by_value(numbers: np.ndarray) -> list[np.ndarray]:
@@ -308,12 +304,18 @@ def write_orbits(
 def _case_values(
     orbits: OrbitFiles, dataset: Dataset, numbers: np.ndarray, first: np.ndarray, count: np.ndarray
 ) -> Iterator[bytes]:
-    """Yield the bytes of every case's values, in order."""
+    """Yield the bytes of every case's values, in order; StorageError if some are missing, as others would be shifted."""
+    total, size = 0, int(count.sum()) * dataset.dtype.itemsize
     for group_start in range(0, len(numbers), ROWS_IN_MEMORY):
         group = slice(group_start, group_start + ROWS_IN_MEMORY)
         for number, start, values in zip(*(array[group].tolist() for array in (numbers, first, count)), strict=True):
             if values:
-                yield orbits.read(number, dataset, start, values)
+                content = orbits.read(number, dataset, start, values)
+                total += len(content)
+                yield content
+    if total != size:
+        message = f"{total:,} bytes of histories were read, not {size:,}; run the same command again"
+        raise StorageError(f"{dataset.path}: {message}")
 
 
 def _write_compressed(
@@ -333,8 +335,7 @@ def _write_compressed(
     target = file.create_dataset(dataset.path, shape, dataset.dtype, **(compression if items else {}))
     describe_dataset(target, dataset)
     size = dataset.dtype.itemsize
-    complete = _of_total(case_values, int(value_count) * size, dataset.path)
-    row, chunks = 0, _rechunk(complete, rows * dataset.width * size)
+    row, chunks = 0, _rechunk(case_values, rows * dataset.width * size)
     while batch := [chunk for _, chunk in zip(range(CHUNKS_AT_ONCE), chunks, strict=False)]:
         for content in threads.map(lambda chunk: filter_chunk(_checked(chunk, dataset), size), batch):
             target.id.write_direct_chunk((row, *(0 for _ in shape[1:])), content)
@@ -345,16 +346,6 @@ def _checked(content: bytes, dataset: Dataset) -> bytes:
     """Return the bytes of values of a dataset; MisshapenError if no run writes them."""
     check_values(dataset.path, np.frombuffer(content, dataset.dtype), len(h5py.check_enum_dtype(dataset.dtype) or ()))
     return content
-
-
-def _of_total(case_values: Iterator[bytes], size: int, path: str) -> Iterator[bytes]:
-    """Yield `case_values`; StorageError unless they have `size` bytes in all, since later ones would be shifted."""
-    total = 0
-    for values in case_values:
-        total += len(values)
-        yield values
-    if total != size:
-        raise StorageError(f"{path}: {total:,} bytes of histories were read, not {size:,}; run the same command again")
 
 
 def _rechunk(case_values: Iterator[bytes], size: int) -> Iterator[bytes]:
@@ -388,37 +379,28 @@ class Worst(NamedTuple):
     window_from: float | None  # revolutions before the window of its figures, likewise
 
 
-#: Reads columns of the summary, some rows at a time.
-ReadGroups = Callable[[pa.Schema], Iterator[pa.Table]]
 #: Computes the revolution of the largest peak of some cases again, or None if that failed.
 ComputePeakRevolutions = Callable[[Sequence[Worst]], Sequence[Peak | None]]
-
-
-def worst_cases(result_schema: ResultSchema, groups: ReadGroups) -> list[Worst]:
-    """Return the worst cases of a summary, the worst first: those with the largest load ratio of any joint.
-
-    If no case has one, the largest normal force counts.
-    """
-    for figure in RANKING_FIGURES if result_schema.layout.joints else ():
-        names = [f"{joint.name}_{figure}" for joint in result_schema.layout.joints]
-        if {column.name for column in result_schema.layout.columns}.issuperset(names):
-            largest = _cases_with_largest(result_schema, groups, names)
-            if largest:
-                return largest
-    return []
 
 
 def worst_with_peaks(
     run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, compute: ComputePeakRevolutions
 ) -> list[tuple[Worst, Peak]]:
-    """Return the worst of the cases in `rows` whose peak revolution is found again, each with it."""
-    if not result_schema.worst or not len(rows):
-        return []
-    worst = worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows))
+    """Return the worst of the cases in `rows` whose peak revolution is found again, each with it, the worst first.
+
+    They are those with the largest load ratio of any joint; if no case has one, the largest normal force counts.
+    """
+    worst, layout = list[Worst](), result_schema.layout
+    for figure in RANKING_FIGURES if layout.joints and result_schema.worst and len(rows) else ():
+        names = [f"{joint.name}_{figure}" for joint in layout.joints]
+        if not worst and {column.name for column in layout.columns}.issuperset(names):
+            worst = _cases_with_largest(run, result_schema, rows, names)
     return [(case, peak) for case, peak in zip(worst, compute(worst) if worst else [], strict=True) if peak]
 
 
-def _cases_with_largest(result_schema: ResultSchema, groups: ReadGroups, names: list[str]) -> list[Worst]:
+def _cases_with_largest(
+    run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, names: list[str]
+) -> list[Worst]:
     """Return the cases with the largest value of any of some columns, one for each joint."""
     joints, paths = result_schema.layout.joints, [axis.path for axis in result_schema.axes]
     peaks = [f"{joint.name}_force_peak" for joint in joints]
@@ -426,7 +408,8 @@ def _cases_with_largest(result_schema: ResultSchema, groups: ReadGroups, names: 
     optional = [name for name in _LENGTH_COLUMNS if name in full_schema.names]
     names_to_read = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *optional])
     ranked: list[tuple[float, Worst]] = []
-    for group in groups(pa.schema([full_schema.field(name) for name in names_to_read])):
+    schema = pa.schema([full_schema.field(name) for name in names_to_read])
+    for group in summary_groups(run, schema, rows):
         columns = {name: values_of(group[name].combine_chunks()) for name in names_to_read}
         figures = np.array([columns[name] for name in names])
         figures[:, columns["status"] != "ok"] = np.nan

@@ -6,7 +6,7 @@ import os
 import stat
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -72,8 +72,8 @@ def _log_checksum(content: bytes) -> bytes:
 class Working:
     """The file in which a process keeps its progress; `name` is that of its batch, its preparation, or `run`."""
 
-    def __init__(self, directory: Path, name: str):
-        """Prepare for a batch or preparation called `name` of the run in a directory."""
+    def __init__(self, directory: Path, name: str = "run"):
+        """Prepare for a batch or preparation called `name` of the run in a directory; default: for the whole run."""
         self.path = durable.scratch_file(directory / SCRATCH, f"{name}.work")
 
     def replace_progress(self, content: bytes | None) -> None:
@@ -92,17 +92,9 @@ class Working:
             return None
 
 
-def progress_file(directory: Path) -> Working:
-    """Return the file with the progress of a whole run, as it prints it itself."""
-    return Working(directory, "run")
-
-
 def read_workers(directory: Path) -> list[phases.Progress]:
     """Return the progress of every worker of a run."""
-    scratch = directory / SCRATCH
-    names = sorted(os.listdir(scratch)) if scratch.is_dir() else []
-    batches = (durable.batch_of_progress(name) for name in names)
-    workers = (Working(directory, name).read() for name in batches if name)
+    workers = (Working(directory, batch).read() for batch in durable.find(directory / SCRATCH, durable.PROGRESS))
     return [progress for progress in workers if progress]
 
 
@@ -131,14 +123,6 @@ KINDS = {
 }
 
 
-class UnneededFiles(NamedTuple):
-    """Unneeded files of one kind."""
-
-    kind: str  # of KINDS
-    paths: tuple[Path, ...]
-    size: int  # bytes
-
-
 def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> dict[str, Any]:
     """Remove the unneeded files of a run; return the removed and the remaining files, for JSON.
 
@@ -150,8 +134,7 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
     """
     record = read_record(directory)
     check_format(directory, record)
-    run = RunDirectory(directory)
-    run.result_schema = ResultSchema.of_record(record)
+    run, merged = RunDirectory(directory, ResultSchema.of_record(record)), directory / ORBITS_FILE
     with run.locked():
         finished = is_finished(record)
         if batches and finished:
@@ -160,9 +143,17 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
         removable = unneeded_files(run, damage, batches=batches and finished)
         counts = record.get("counts", {})
         unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0
-        for path in (path for unneeded in removable for path in unneeded.paths if not dry_run):
-            durable.discard(path)
+        removed = [
+            {
+                "kind": kind,
+                "files": len(paths),
+                "bytes": sum(_size(path) for path in paths if not _is_same_file(path, merged)),
+            }
+            for kind, paths in removable.items()
+        ]
         if not dry_run:
+            for path in (path for paths in removable.values() for path in paths):
+                durable.discard(path)
             durable.remove_temporaries(run.scratch, remove_folder=True)
             for folder in (run.orbits, run.summaries):
                 durable.sync(folder)
@@ -171,17 +162,15 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
         "directory": str(directory),
         "finished": finished,
         "dry_run": dry_run,
-        "removed": [
-            {"kind": unneeded.kind, "files": len(unneeded.paths), "bytes": unneeded.size} for unneeded in removable
-        ],
-        "bytes": sum(unneeded.size for unneeded in removable),
+        "removed": removed,
+        "bytes": sum(entry["bytes"] for entry in removed),
         "other_cases": max(unused_rows, 0),
         "left": sizes,
     }
 
 
-def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = False) -> list[UnneededFiles]:
-    """Return the unneeded files in the directory of `run`; only files that a run wrote.
+def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: bool = False) -> dict[str, list[Path]]:
+    """Return the unneeded files in the directory of `run` by kind; only files that a run wrote.
 
     `damage`: damaged summaries; they and their histories remain for the next run.
     """
@@ -195,26 +184,24 @@ def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: b
     unused = [path for path in batch_files_in(run.orbits) if path not in orbit_files]
     unused = [path for path in unused if path.name.partition("-")[0] not in damaged_batches]
     unused = [path for path in unused if durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path)]
-    merged = run.path / ORBITS_FILE
-    second_name = next((path for path in orbit_files if path and _is_same_file(path, merged)), None)
     finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
-    lives = [path for case_id, path in durable.find_life_logs(run.scratch).items() if case_id in finished_ids]
+    logs = durable.find(run.scratch, durable.LIFE_LOG)
     removable = {
-        "writes": [*durable.find_temporaries(run.scratch), *durable.find_temporaries(run.path)],
+        "writes": [
+            path for folder in (run.scratch, run.path) for path in durable.find(folder, durable.TEMPORARY).values()
+        ],
         "histories": unused,
-        "lives": lives,
-        "damaged": [path for folder in (run.orbits, run.summaries) for path in durable.find_set_aside(folder)],
+        "lives": [path for case_id, path in logs.items() if case_id in finished_ids],
+        "damaged": [
+            path for folder in (run.orbits, run.summaries) for path in durable.find(folder, durable.SET_ASIDE).values()
+        ],
         "batches" if batches else "repeated": [
             path
             for path in dict.fromkeys(path for batch in unneeded for path in (batch.summary, batch.orbits))
             if path and (batches or path not in used_files)
         ],
     }
-    return [
-        UnneededFiles(kind, tuple(removable[kind]), sum(_size(path) for path in removable[kind] if path != second_name))
-        for kind in KINDS
-        if removable.get(kind)
-    ]
+    return {kind: removable[kind] for kind in KINDS if removable.get(kind)}
 
 
 def disk_use(directory: Path) -> dict[str, int]:
@@ -294,10 +281,9 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     """
     record = read_record(directory)
     check_format(directory, record)
-    run = RunDirectory(directory)
+    run = RunDirectory(directory, ResultSchema.of_record(record))
     holder, merged = run.holder(), "merged" in record
     blocks = blocks_state(directory, record, every_file=every_file) if "blocks" in record else None
-    run.result_schema = ResultSchema.of_record(record)
     damage = (
         blocks[1]
         if blocks
@@ -313,7 +299,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         except DirectoryError as error:
             damage.append(str(error))
     state = DAMAGED if damage else UNDER_WAY if holder else FINISHED if is_finished(record) else INTERRUPTED
-    progress = progress_file(directory).read() if holder else None
+    progress = Working(directory).read() if holder else None
     return {
         "directory": str(directory),
         "name": record.get("name"),
@@ -343,28 +329,22 @@ def blocks_state(
     """Return the numbers of cases of a run in blocks, of finished ones, and the damage to their files."""
     ok = failed = 0
     damage = []
-    listed = set(record["blocks"]["numbers"])
+    listed, schema = set(record["blocks"]["numbers"]), ResultSchema.of_record(record)
     for number in sorted({*listed, *numbers_of_blocks(directory)}):
         block = Block(directory, number)
-        mark = read_mark(block)
+        mark, batches = read_mark(block), RunDirectory(block.path, schema)
         if mark is None:
             if number in listed:
                 damage.append(
                     f"{block.path}: its block.json or another file is damaged or missing; the next run restores it"
                 )
-            running = RunDirectory(block.path)
-            running.result_schema = ResultSchema.of_record(record)
-            running.load_batches(histories=False)
-            counts = _count_rows(running)
-            ok, failed = ok + counts["ok"], failed + counts["failed"]
-            continue
-        ok, failed = ok + mark["ok"], failed + mark["failed"]
-        if every_file:
+            batches.load_batches(histories=False)
+        elif every_file:
             damage += verify_block(block, mark)
-            batches = RunDirectory(block.path)
-            batches.result_schema = ResultSchema.of_record(record)
             sentences = batches.load_batches(contents=True).values()
             damage += [f"{block.path}/{sentence}; its cases run again" for sentence in sentences]
+        counts = mark or _count_rows(batches)
+        ok, failed = ok + counts["ok"], failed + counts["failed"]
     cases = record.get("counts", {}).get("cases")
     missing = None if cases is None else max(cases - ok - failed, 0)
     return {"cases": cases, "ok": ok, "failed": failed, "missing": missing}, damage

@@ -147,7 +147,7 @@ def _run_sweep(
     with (
         system.catching(),
         directory.open_for(grid, **begun, **record_entries),
-        phases.store_progress(store.progress_file(directory.path).replace_progress),
+        phases.store_progress(store.Working(directory.path).replace_progress),
     ):
         record_entries["start"] = store.utc_now()
         directory.discard_answer()
