@@ -304,7 +304,7 @@ def write_orbits(
 def _case_values(
     orbits: OrbitFiles, dataset: Dataset, numbers: np.ndarray, first: np.ndarray, count: np.ndarray
 ) -> Iterator[bytes]:
-    """Yield the bytes of every case's values, in order; StorageError if some are missing, as others would be shifted."""
+    """Yield the bytes of every case's values, in order; StorageError if some are missing: others would be shifted."""
     total, size = 0, int(count.sum()) * dataset.dtype.itemsize
     for group_start in range(0, len(numbers), ROWS_IN_MEMORY):
         group = slice(group_start, group_start + ROWS_IN_MEMORY)
