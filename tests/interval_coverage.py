@@ -134,7 +134,7 @@ def interval_at_end(scene: Scene, rates: np.ndarray, relative: float) -> tuple[f
     """Return (low, high, revolutions) of the mean rate where the rule ends a run of these rates."""
     length = MadeUpLength(scene, NO_MARKS, (FIGURE,), (FIGURE, relative), len(rates))
     run = MadeUpRun(rates)
-    while length.decide(run) != repeated.Decision.END and run.turns < len(rates):
+    while length.observe(run) != repeated.Decision.END and run.turns < len(rates):
         run.turn()
     value, width = TURN * length.interval.value, TURN * length.interval.half_width
     return value - width, value + width, run.turns

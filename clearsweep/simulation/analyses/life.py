@@ -30,9 +30,9 @@ from ..running.observed_run import Decision, LifeLimits
 from ..running.observed_run import Life as LifePhase
 from ..running.run import Run
 from ..setup.scene import Scene, build
-from ..setup.start import Marks, with_whole_revolutions
-from .extrapolation import Life, Node, StepControl, extrapolate_life
-from .repeated import WindowLength
+from ..setup.start import Marks
+from .extrapolation import Life, StepControl, extrapolate_life
+from .repeated import WindowLength, longest_run
 
 # A block of revolutions of a life: its length, and the wear rates that follow from it.
 
@@ -101,7 +101,7 @@ class RateObserver(WindowLength):
         assert case.life is not None  # asked of cases that have one
         rates = [wear_rate_column(worn.column) for worn in worn_joints_of(case)]
         super().__init__(
-            scene, marks, rates, (wear_rate_column(case.life.column), case.life.tolerance), longest_block(case)
+            scene, marks, rates, (wear_rate_column(case.life.column), case.life.tolerance), longest_run(case)
         )
         self.phase, self.next_look = 0, float(MIN_REVOLUTIONS)
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
@@ -120,7 +120,7 @@ class RateObserver(WindowLength):
         phase, self.phase = self.phase, (self.phase + 1) % PHASES
         if phase:
             return Decision.CONTINUE
-        decision = self.decide(work)
+        decision = super().observe(work)
         if decision == Decision.BEGIN_WINDOW:
             self.phase = 0
         if self.turns > self.next_look:
@@ -133,12 +133,6 @@ class RateObserver(WindowLength):
 def wear_rate_column(joint: str) -> str:
     """Return the column of a joint's wear rate."""
     return f"{joint}_wear_rate_max"
-
-
-def longest_block(case: Case) -> float:
-    """Return the largest number of revolutions of a block: `discard` plus whole ones."""
-    assert case.life is not None
-    return with_whole_revolutions(case.simulate.discard, case.life.max_revolutions)
 
 
 def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time: float) -> BlockRecord:
@@ -300,14 +294,6 @@ class LifeRun:
         """Return the wear of a joint in a worn state."""
         return Worn(state[worn.bearing], state[worn.journal], state[worn.sliding_distance])
 
-    def next_stored_block(self, state: np.ndarray) -> BlockRecord | None:
-        """Return the result of the next block from an earlier process, or None if it has not been run."""
-        if self.blocks_requested == len(self.records):
-            return None
-        self.blocks_requested += 1
-        self.progress.reached(self.value(state))
-        return self.records[self.blocks_requested - 1]
-
     def keep(self, record: BlockRecord, state: np.ndarray) -> None:
         """Append the result of a block, run in the worn state `state`, to the log."""
         self.records.append(record._replace(life=self.life_index))
@@ -322,8 +308,10 @@ class LifeRun:
         """Return a function that runs the next block by `run_block` and logs it, or reads it from the log."""
 
         def measure(state: np.ndarray) -> BlockRecord | None:
-            if (stored := self.next_stored_block(state)) is not None:
-                return stored
+            if self.blocks_requested < len(self.records):  # run by an earlier process
+                self.blocks_requested += 1
+                self.progress.reached(self.value(state))
+                return self.records[self.blocks_requested - 1]
             record = run_block(self, state)
             if record:
                 self.keep(record, state)
@@ -379,13 +367,14 @@ class LifeRun:
 
     def is_valid(self, state: np.ndarray) -> bool:
         """Return whether contact at one point can represent all worn surfaces."""
-        self.conformal_joint = next((worn for worn in self.worn_joints if self._conforms(worn, state)), None)
+        joints = self.scene.case.joints
+        widths = (
+            (worn, registry.smoothing_width(joints[worn.joint_index], self._worn(worn, state)))
+            for worn in self.worn_joints
+        )
+        conformal = (worn for worn, width in widths if width is not None and width > MAX_SMOOTHING_WIDTH)
+        self.conformal_joint = next(conformal, None)
         return self.conformal_joint is None
-
-    def _conforms(self, worn: WornJoint, state: np.ndarray) -> bool:
-        """Return whether the worn surfaces of a joint fit each other too closely for contact at one point."""
-        width = registry.smoothing_width(self.scene.case.joints[worn.joint_index], self._worn(worn, state))
-        return width is not None and width > MAX_SMOOTHING_WIDTH
 
     def with_last_block(self, life: Life, record: BlockRecord) -> Life:
         """Return a life with the block of its last node's worn state."""
@@ -433,27 +422,20 @@ class LifeRun:
         nodes, layouts = life.nodes, self.scene.layout.joints
         columns = {"revolutions": np.array([node.revolutions for node in nodes])}
         for worn in self.worn_joints:
-            columns |= {
-                f"{worn.column}/{name}": np.array([self._node_values(worn, node)[name] for node in nodes])
-                for name in ("wear_depth_max", "clearance", "force_peak", "wear_rate")
+            clearance, bins = self.scene.case.joints[worn.joint_index].clearance, layouts[worn.joint_index].wear_bins
+            values: dict[str, list] = {
+                "wear_depth_max": [node.state[worn.all_bins].max() for node in nodes],
+                "clearance": [clearance + self.first_touch_at(worn, node.state).growth for node in nodes],
+                "force_peak": [node.block.force_peak[worn.joint_index] for node in nodes],
+                "wear_rate": [node.rate[worn.all_bins].max() / node.rate[-1] for node in nodes],
             }
-            bins = layouts[worn.joint_index].wear_bins
             for body, elements in (("bearing", worn.bearing), ("journal", worn.journal)):
                 profiles = [node.state[elements] for node in nodes]
-                columns[f"{worn.column}/profile_{body}"] = np.array(
-                    [profile if bins == worn.bins else interpolated_depths(profile, bins) for profile in profiles]
-                )
+                values[f"profile_{body}"] = [
+                    profile if bins == worn.bins else interpolated_depths(profile, bins) for profile in profiles
+                ]
+            columns |= {f"{worn.column}/{name}": np.array(each) for name, each in values.items()}
         return columns
-
-    def _node_values(self, worn: WornJoint, node: Node) -> dict[str, float]:
-        """Return the values of a joint at a node of the history."""
-        return {
-            "wear_depth_max": float(node.state[worn.all_bins].max()),
-            "clearance": self.scene.case.joints[worn.joint_index].clearance
-            + self.first_touch_at(worn, node.state).growth,
-            "force_peak": float(node.block.force_peak[worn.joint_index]),
-            "wear_rate": float(node.rate[worn.all_bins].max() / node.rate[-1]),
-        }
 
 
 # Effect of uncertain wear coefficients on the computed life.

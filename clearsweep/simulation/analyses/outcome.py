@@ -12,9 +12,9 @@ from ...contracts.results import EVENT_DTYPE, OUTSIDE_MODEL, PARTIAL_STATUSES, T
 from ...mechanics.observe import force_quantiles, time_above
 from ...mechanics.solver import integration
 from ...mechanics.solver.slow_sums import Record, sample_states
-from ...mechanics.solver.totals import HIGHEST_BIN, Totals
+from ...mechanics.solver.totals import HIGHEST_BIN
 from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
-from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
+from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Window, by_joint, summed_of, wear_depths_of
 from ..machine.ideal import ideal_peaks
 from ..remarks import remarks, yield_speeds
 from ..running.run import BENT_TOO_FAR, HISTORY_NOT_FINITE, ROUNDING, TIME_BUDGET, Run, onset_rates
@@ -158,6 +158,9 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
     settings, duration, failed = scene.case.simulate, _duration(scene, run, end), run.status != integration.OK
     totals = by_joint(run.totals, scene.layout)
     sums = summed_of(totals)
+    # A quantile may lie anywhere in its bin, also above the largest force
+    highest = totals.bins[:, HIGHEST_BIN].tolist()
+    quantiles = [] if failed else force_quantiles(totals.histogram, highest, RARE_SHARE * duration)
     revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
     repetition = None if failed else repetition_of(scene, run.marks, revolutions)
     # Time (s) below the least load of each rolling bearing of known rating, in a window of `duration` (s)
@@ -173,7 +176,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         layout=scene.layout,
         joints=scene.value.joints,
         totals=sums,
-        exceeded_force=[] if failed else _exceeded_forces(totals, sums, RARE_SHARE * duration),
+        exceeded_force=[min(force, joint.force_max) for force, joint in zip(quantiles, sums.joint, strict=False)],
         dry_time=[  # s, in which the dry contact carries load
             time_above(DRY_FORCE_THRESHOLD * sums.joint[index].load_time / duration, totals.dry[index])
             if joint.film
@@ -202,15 +205,6 @@ def add_cost(summary: dict, cost: Cost) -> None:
     for figure in WORK_COUNTS:
         assert figure.value is not None
         summary[figure.name] += (int if figure.kind == "int" else float)(figure.value(cost, None))
-
-
-def _exceeded_forces(totals: Totals, sums: Summed, time_exceeded: float) -> list[float]:
-    """Return the force (N) that each joint exceeds during `time_exceeded` (s), at most its largest; totals : by joint.
-
-    A quantile may lie anywhere in its bin, also above the largest force.
-    """
-    quantiles = force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), time_exceeded)
-    return [min(quantile, joint.force_max) for quantile, joint in zip(quantiles, sums.joint, strict=True)]
 
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts import case
-from ...contracts.case import REFERENCE_TEMPERATURE, Case, Joint, Simulate
+from ...contracts.case import REFERENCE_TEMPERATURE, Case, Joint
 from ...contracts.layout import Layout
 from ...language import phases
 from ...language.errors import InputError
@@ -25,7 +24,7 @@ from ..running.run import Run, integration_of, release
 from ..setup import scene as setup
 from ..setup.places import Carried, contact_units, places_of, units_of
 from ..setup.scene import Scene
-from ..setup.start import MIN_REPEATS, NO_TIMES, Marks, marks_of, repetition_of, with_whole_revolutions
+from ..setup.start import MARK_TOLERANCE, MIN_REPEATS, NO_TIMES, Marks, marks_of, repetition_of
 
 # ---------------------------------------------------------------------------------------------- chains of cases
 
@@ -118,7 +117,7 @@ class WindowLength:
         # snapshots, oldest first, from which the saved revolutions can be repeated
         self.snapshots: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
 
-    def decide(self, work: Work) -> Decision:
+    def observe(self, work: Work) -> Decision:
         """Return the decision at the end of a revolution, or at the start of the window.
 
         A run pauses shortly before the end of a revolution, so the blocks begin in the first revolution of the window.
@@ -130,8 +129,10 @@ class WindowLength:
             return Decision.CONTINUE
         revolutions: Any = work.revolutions  # mypy takes it for a tuple of anything
         repetition = repetition_of(self.scene, self.marks, revolutions)
-        if repetition and repetition.period != self.blocks.period and self._leaves_room_for(repetition.period):
-            self.discard, self.blocks = self.revolutions, Blocks(self.scene.layout, self.figures, repetition.period)
+        period = repetition.period if repetition else None
+        leaves_room = period is not None and self.revolutions + (MIN_REPEATS + 1) * period <= self.longest
+        if period != self.blocks.period and leaves_room:
+            self.discard, self.blocks = self.revolutions, Blocks(self.scene.layout, self.figures, period)
             self.turns, self.settled = 0, False
             return Decision.BEGIN_WINDOW
         if self.blocks.record(work):
@@ -148,10 +149,6 @@ class WindowLength:
         """Take a snapshot, from which the saved revolutions can be repeated."""
         self.snapshots.append(snapshot_of(work))
 
-    def _leaves_room_for(self, period: int) -> bool:
-        """Return whether the longest run has enough periods left for a window of periodic motion."""
-        return self.revolutions + (MIN_REPEATS + 1) * period <= self.longest
-
 
 class ConvergenceObserver(WindowLength):
     """Ends a run when its figure has converged."""
@@ -160,13 +157,9 @@ class ConvergenceObserver(WindowLength):
 
     def __init__(self, scene: Scene, marks: Marks):
         """Prepare for a run of `scene` with these marks."""
-        until = until_of(scene.case.simulate)
-        accuracy = until.figure, until.relative_ci
-        super().__init__(scene, marks, (until.figure,), accuracy, max_revolutions(scene.case.simulate))
-
-    def observe(self, work: Work) -> Decision:
-        """Return the decision at a revolution."""
-        return self.decide(work)
+        until = scene.case.simulate.until
+        assert until is not None  # asked of cases that have one
+        super().__init__(scene, marks, (until.figure,), (until.figure, until.relative_ci), longest_run(scene.case))
 
     def results(self) -> dict[str, float | None]:
         """Return the results as columns of the summary."""
@@ -178,15 +171,14 @@ class ConvergenceObserver(WindowLength):
         }
 
 
-def max_revolutions(settings: Simulate) -> float:
-    """Return the largest number of revolutions that `until` allows: `discard` plus whole ones."""
-    return with_whole_revolutions(settings.discard, until_of(settings).max_revolutions)
+def longest_run(case: Case) -> float:
+    """Return the largest number of revolutions of a block of a life, or of a run with `until`.
 
-
-def until_of(settings: Simulate) -> case.Until:
-    """Return the criterion `until` of a case that has one."""
-    assert settings.until is not None
-    return settings.until
+    These are `discard` plus whole ones.
+    """
+    criterion, discard = case.life or case.simulate.until, case.simulate.discard
+    assert criterion is not None  # asked of cases that have one
+    return discard + math.floor(criterion.max_revolutions - discard + MARK_TOLERANCE)
 
 
 # Equilibrium temperature of a joint: friction loss equals conducted heat.

@@ -32,7 +32,7 @@ from ..running.run import Run, integrate, integration_of, release, run_integrati
 from ..setup.scene import Scene
 from ..setup.start import NO_TIMES, UNLIMITED, control_of, marks_of, peaks_of, start_of
 from .extrapolation import extrapolate_life
-from .life import BlockRecord, LifeRun, Log, RateObserver, block_record_of, failures, further_lives, longest_block
+from .life import BlockRecord, LifeRun, Log, RateObserver, block_record_of, failures, further_lives
 from .life import figures as uncertain_figures
 from .outcome import add_cost, trajectory_of
 from .repeated import (
@@ -43,7 +43,7 @@ from .repeated import (
     build,
     has_balance,
     keep_end,
-    max_revolutions,
+    longest_run,
 )
 
 
@@ -207,10 +207,9 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
 
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
-    settings = scene.case.simulate
-    full_scene = scene.with_settings(revolutions=max_revolutions(settings))
+    full_scene = scene.with_settings(revolutions=longest_run(scene.case))
     end = end_of(full_scene)
-    marks = marks_of(scene, max_revolutions(settings))
+    marks = marks_of(scene, full_scene.case.simulate.revolutions)
     run = Run(start_of(scene, np.zeros(1), marks), in_angles=True)  # with a sample, also sections can be computed
     observer = ConvergenceObserver(scene, marks)
     integrate(full_scene, run, end, (observer, *observers))
@@ -280,17 +279,17 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
 
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
     """Return the trajectory of a failed block."""
-    full_scene = scene.with_settings(revolutions=longest_block(scene.case))
+    full_scene = scene.with_settings(revolutions=longest_run(scene.case))
     return trajectory_of(full_scene, run, scene.crank_clock.value_after(full_scene.case.simulate.revolutions))
 
 
 def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
     """Return a scene, the run of a block of revolutions, and its observer."""
-    max_revolutions = longest_block(scene.case)
-    full_scene = scene.with_settings(revolutions=max_revolutions)
-    marks = marks_of(full_scene, max_revolutions)
+    revolutions = longest_run(scene.case)
+    full_scene = scene.with_settings(revolutions=revolutions)
+    marks = marks_of(full_scene, revolutions)
     run, observer = Run(start_of(full_scene, NO_TIMES, marks)), RateObserver(scene, marks)
-    integrate(full_scene, run, scene.crank_clock.value_after(max_revolutions), (observer, *observers))
+    integrate(full_scene, run, scene.crank_clock.value_after(revolutions), (observer, *observers))
     return scene, run, observer
 
 

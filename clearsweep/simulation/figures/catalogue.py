@@ -24,7 +24,7 @@ from ...language.errors import InputError, did_you_mean, quoted
 from ...mechanics.laws.contract import ONSET_FLOOR, compile_law
 from ...mechanics.solver.integration import Work
 from . import parts, peaks, wear
-from .peaks import CRANK_SPEED_AFTER, FORCE_PEAK_START, PEAKS, PERIOD, SPATIAL, START_UP_TIME, ideal_peak
+from .peaks import CRANK_SPEED_AFTER, FORCE_PEAK_START, PEAKS, PERIOD, SPATIAL, START_UP_TIME, finite, ideal_peak
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
 from .wear import LIFE
 from .window import Window, by_joint
@@ -141,7 +141,7 @@ JOINT = (
     of_joint(
         "onset_rate [m/s]: onset rate that the contact's law uses at the end of the window; null: no contact, or it "
         "uses none",
-        value=lambda window, index: None if math.isnan(window.onset_rate[index]) else window.onset_rate[index],
+        value=lambda window, index: finite(window.onset_rate[index]),
         differs=False,
         null=NOTHING,
     ),

@@ -120,16 +120,9 @@ PERIOD = (
 # Figures of a start by a motor: its duration, the least speed after it, and the largest forces during it.
 
 
-def start_up_time(window: Window, _: int) -> float | None:
-    """Return the start-up time (s) of a free crank, or None if it did not start."""
-    time = float(window.totals.mechanism.target_time)
-    return time if math.isfinite(time) else None
-
-
-def min_speed_after_start(window: Window, _: int) -> float | None:
-    """Return the least speed (rad/s) of a free crank after its start-up time, or None if it did not start."""
-    speed = float(window.totals.mechanism.min_speed_after_target)
-    return speed if math.isfinite(speed) else None
+def finite(value: float) -> float | None:
+    """Return a value, or None if it is not finite: it was not reached, or has no limit."""
+    return float(value) if math.isfinite(value) else None
 
 
 def max_force_to_start(window: Window, index: int) -> float | None:
@@ -143,14 +136,14 @@ START_UP_TIME = figure(
     "start_up_time [s]: time until a free crank first reaches 95 % of its motor's no-load speed; 0: it starts faster; "
     "null: not reached, or no such speed",
     needs=("free",),
-    value=start_up_time,
+    value=lambda window, _: finite(window.totals.mechanism.target_time),
     differs=False,
     tables=shown("start-up time", output=6),
 )
 CRANK_SPEED_AFTER = figure(
     "crank_speed_after [rad/s]: least speed of a free crank after `start_up_time`; null: not reached, or no such speed",
     needs=("free",),
-    value=min_speed_after_start,
+    value=lambda window, _: finite(window.totals.mechanism.min_speed_after_target),
     differs=False,
     tables=shown("least crank speed after the start", output=7),
 )
@@ -164,12 +157,6 @@ FORCE_PEAK_START = of_joint(
 
 
 # Figures of spatial joints: tilt, edge loading and flange contacts.
-
-
-def tilt_limit(window: Window, index: int) -> float | None:
-    """Return the tilt (rad) at which the journal jams between the walls, or None if it cannot."""
-    angle = jam_angle(window.joints[index])
-    return angle if math.isfinite(angle) else None
 
 
 def edge_load_share(window: Window, index: int) -> float:
@@ -187,7 +174,7 @@ SPATIAL = (
     ),
     of_spatial(
         "tilt_limit [rad]: tilt at which the journal jams between the walls; null: no limit",
-        value=tilt_limit,
+        value=lambda window, index: finite(jam_angle(window.joints[index])),
         differs=False,
         null=ENDLESS,
         tables=shown("tilt that jams", forces=21),

@@ -75,11 +75,6 @@ def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
     return Marks(np.minimum(turns, revolutions), _nearest(turns, window), _nearest(turns, sections))
 
 
-def with_whole_revolutions(discard: float, most: float) -> float:
-    """Return `discard` plus as many whole revolutions as there are up to `most`."""
-    return discard + math.floor(most - discard + MARK_TOLERANCE)
-
-
 def _consecutive(start: float, end: float) -> np.ndarray:
     """Return start, start + 1, ... up to `end`; if there are many, only the last ones."""
     count = max(math.floor(end - start + MARK_TOLERANCE) + 1, 0)
