@@ -268,6 +268,6 @@ def sweep(source, out=None, *, simulator=Fake, **options):
 
 def merge(directories, out, **options):
     """Call `clearsweep.merge` with substitute mechanics."""
-    from clearsweep.sweeping.merge import run_merge
+    from clearsweep.sweeping.merge import merge as merge_runs
 
-    return run_merge(directories, out, simulator=Fake, **options)
+    return merge_runs(directories, out, simulator=Fake, **options)

@@ -241,7 +241,7 @@ def unused_offers(package: str, text: str, others: list[str]) -> list[str]:
     return [f"{package}: {name}" for name in offered if own[name] < 2 and name not in words]
 
 
-@pytest.mark.parametrize("package", ["grid", "store", "mechanics/machines/planar"])
+@pytest.mark.parametrize("package", ["grid", "simulation", "store", "mechanics/machines/planar"])
 def test_what_a_package_offers_is_used_elsewhere(package):
     outside = [path for path in sources() if not path.is_relative_to(ROOT / "clearsweep" / package)]
     files = [path.read_text(encoding="utf-8") for path in [*outside, *(ROOT / "tests").rglob("*.py")]]

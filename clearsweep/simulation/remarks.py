@@ -10,29 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..answers.validity import (
-    FilmState,
-    FreeBearing,
-    PenetrationAndWear,
-    RubbingJoint,
-    ball_stiffness_remark,
-    coarse_link_remark,
-    feedback_remark,
-    film_remarks,
-    free_bush_remark,
-    friction_heat_remark,
-    imbalance_remark,
-    law_range_remark,
-    onset_remark,
-    penetration_remark,
-    pv_remark,
-    run_in_remark,
-    skidding_remark,
-    static_load_remark,
-    swing_remark,
-    wear_depth_remark,
-    wear_rate_remark,
-)
+from ..answers import validity
 from ..contracts.case import DOUBTFUL_WEAR_NUMBER, REFERENCE_TEMPERATURE, Case, Joint, column_name
 from ..contracts.layout import FRICTION_POWER
 from ..contracts.machine import Body, Elastic, Machine
@@ -115,34 +93,34 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
             if share > MIN_SKIDDING_SHARE:
                 skidding.append((joint.name, joint.rolling.least_load, share))
         else:
-            sizes.append(PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
+            sizes.append(validity.PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
         if layout.wear_bins and not layout.flanked:
             rate, pv = summary[f"{name}_wear_rate_max"], summary[f"{name}_pv_mean"]
-            wearing.append(RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
+            wearing.append(validity.RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
         if joint.thermal and joint.temperature and not joint.thermal.housing and radius:
             cold_clearance = joint.clearance - joint.clearance_rate * (joint.temperature - REFERENCE_TEMPERATURE)
-            free.append(FreeBearing(joint.name, radius, joint.temperature, cold_clearance, joint.clearance))
+            free.append(validity.FreeBearing(joint.name, radius, joint.temperature, cold_clearance, joint.clearance))
     rubbing_powers += _powers_without_clearance(scene, summary)
     has_film = any(joint.film for joint in scene.layout.joints)
     settings = scene.case.simulate
     return (
-        law_range_remark(beyond_limit),
-        onset_remark(_lasting_contacts(scene, window)),
+        validity.law_range_remark(beyond_limit),
+        validity.onset_remark(_lasting_contacts(scene, window)),
         _run_in(window),
-        swing_remark(summary.get("lyapunov_exponent"), sum(totals.onsets for totals in window.totals.joint)),
-        *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
-        friction_heat_remark(rubbing_powers),
-        free_bush_remark(free),
-        coarse_link_remark(_impacts_on_links(scene, summary), MAX_SEGMENTS) if scene.case.outline.elastic else "",
-        ball_stiffness_remark(balls),
-        feedback_remark(None if scene.case.outline.mounts else summary.get("frame_velocity_rms")),
-        penetration_remark(sizes),
-        static_load_remark(overloaded),
-        skidding_remark(skidding),
-        wear_depth_remark(sizes),
-        wear_rate_remark(wearing),
-        pv_remark(wearing),
-        imbalance_remark(
+        validity.swing_remark(summary.get("lyapunov_exponent"), sum(totals.onsets for totals in window.totals.joint)),
+        *(validity.film_remarks(_film_states(scene, window, summary)) if has_film else ()),
+        validity.friction_heat_remark(rubbing_powers),
+        validity.free_bush_remark(free),
+        validity.coarse_link_remark(_impacts_on_links(scene, summary), MAX_SEGMENTS),
+        validity.ball_stiffness_remark(balls),
+        validity.feedback_remark(None if scene.case.outline.mounts else summary.get("frame_velocity_rms")),
+        validity.penetration_remark(sizes),
+        validity.static_load_remark(overloaded),
+        validity.skidding_remark(skidding),
+        validity.wear_depth_remark(sizes),
+        validity.wear_rate_remark(wearing),
+        validity.pv_remark(wearing),
+        validity.imbalance_remark(
             summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)
         ),
     )
@@ -182,7 +160,7 @@ def _run_in(window: Window) -> str:
     if window.repetition is None:
         return ""
     peaks = zip(window.case.joints, window.totals.joint, window.spreads, strict=True)
-    return run_in_remark(
+    return validity.run_in_remark(
         window.repetition.begin,
         window.case.simulate.discard,
         [
@@ -193,13 +171,13 @@ def _run_in(window: Window) -> str:
     )
 
 
-def _film_states(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[FilmState]:
+def _film_states(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[validity.FilmState]:
     """Yield the state of every film."""
     for index, joint in enumerate(scene.case.joints):
         if joint.film:
             totals = window.totals.joint[index]
             generated, dissipated = totals.generated_energy, totals.film_energy
-            yield FilmState(
+            yield validity.FilmState(
                 joint.name,
                 joint.film.limit,
                 summary[f"{joint.column}_film_limit_fraction"],

@@ -26,20 +26,15 @@ from .sweep import RunResult, conclude, facts
 MAX_LISTED = 3  # cases or shards that a message lists
 
 
-def merge(directories: Iterable[str | Path], out: str | Path, *, partial: bool = False) -> RunResult:
+def merge(
+    directories: Iterable[str | Path], out: str | Path, *, partial: bool = False, simulator: Simulator = SIMULATION
+) -> RunResult:
     """Join runs of the same grid into `out`, with the same files as from one run of the grid.
 
     Directories of different grids, cases that disagree and, unless `partial`, missing cases are refused with a
     DirectoryError before anything is written.  Batches are hard-linked if possible, else copied; the
-    directories are not changed.
+    directories are not changed.  `simulator` reads the grid.
     """
-    return run_merge(directories, out, partial=partial)
-
-
-def run_merge(
-    directories: Iterable[str | Path], out: str | Path, *, partial: bool = False, simulator: Simulator = SIMULATION
-) -> RunResult:
-    """Join runs as `merge` does; `simulator` reads their grid."""
     begin = time.monotonic()
     out = Path(out)
     paths = list({Path(directory).resolve(): Path(directory) for directory in directories}.values())

@@ -25,7 +25,7 @@ from ...mechanics.solver.preconditioner import preconditioner_of
 from ...mechanics.solver.signal_sums import NODE_COUNT
 from ...mechanics.solver.slow_sums import SIGNALS, Record, RevolutionMarks
 from ...mechanics.wear import Account
-from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
+from ...tracing.compiled.family import NO_ENTRY, put_numbers
 from ...tracing.compiled.pinned import Pinned
 from ..setup.scene import Scene, start_up, state_units
 from ..setup.start import (
@@ -37,7 +37,6 @@ from ..setup.start import (
     arrays_of,
     control_of,
     fields_from,
-    inputs_of,
     period,
     start_of,
 )
@@ -67,56 +66,57 @@ class Run:
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_state(value), Memory()
         n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
-        self.kind = form_number(value), start.batch_key, in_angles
-        self.arrays = arrays = arrays_of(scene, start.batch_key.marks, zeros)
+        self.kind = *start.kind, in_angles
+        self.arrays = arrays = arrays_of(scene, len(start.marks.turns), zeros)
         self.parameters = arrays["parameters"]  # compiled code keeps its address
         time_index = 2 * len(value.coordinates)
         independent = 0 if scene.crank_clock.free else time_index
         self.inputs = start.inputs.copy()
-        inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
+        sizes = len(start.times), len(start.marks.turns), scene.inputs.knots, len(internal), contact_count
+        times, marks, knots, internal_values, sides, limit_depths = np.split(self.inputs, np.cumsum(sizes))
         self.totals = totals.Totals(**fields_from(totals.Totals, arrays))
         width = scene_signal_count(value) if records_signals else 0
         self.recording = np.zeros((CAPACITY, SIGNALS + width, NODE_COUNT) if width else (0, 0, 0))
         self.signals = Signals(scene, SIGNALS + width) if scene.case.vibration and records_signals else None
         self.link_signals = LinkSignals(scene) if records_signals and link_signal_count(value.mechanism) else None
-        samples = zeros((inputs.times.size, len(scene.layout.channels)))
-        self.record = Record(inputs.times, samples, independent if in_angles else time_index)
+        samples = zeros((times.size, len(scene.layout.channels)))
+        self.record = Record(times, samples, independent if in_angles else time_index)
         self.work = integration.Work(
             rates=rates_of(value, self.parameters),
             sweep=sweep_of(value, self.parameters),
             observe_stages=stage_observables_of(value, self.parameters),
-            sample=samples_of(value, self.parameters) if inputs.times.size else NO_ENTRY,
+            sample=samples_of(value, self.parameters) if times.size else NO_ENTRY,
             wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
             time=time_index,
             independent=independent,
             crank=0 if scene.mechanism.free else -1,
-            knots=inputs.knots,
+            knots=knots,
             reference_rate=0.0,
             sigma=0.0,
             max_duration=0.0,
             apart=np.array([modes.apart for _, modes in contacts], dtype=np.int64),
             pressed=np.array([modes.pressed for _, modes in contacts], dtype=np.int64),
-            journal_sides=inputs.side,
+            journal_sides=sides,
             reset_by=np.array(
                 [-1 if state.survives_separation else contact for contact, state, _ in internal], dtype=np.int64
             ),
-            initial_internal=inputs.initial_values,
+            initial_internal=internal_values,
             guards=guards_of(value, self.parameters, zeros),
-            limit_depth=inputs.limit_depth,
+            limit_depth=limit_depths,
             implicit=radau.implicit_of(n, zeros),
             preconditioner=preconditioner_of(n - 1 - contact_count - len(value.coordinates), zeros),
             totals=self.totals,
             record=self.record,
             recording=self.recording,
             signals=first_signal(value),
-            revolutions=RevolutionMarks(marks=inputs.marks, **fields_from(RevolutionMarks, arrays)),
+            revolutions=RevolutionMarks(marks=marks, **fields_from(RevolutionMarks, arrays)),
             **fields_from(integration.Work, arrays),
         )
         self.pinned = Pinned(self.work)
         self._begin(start)
 
     def begin(self, start: Start) -> None:
-        """Restart from another scene of the same type and BatchKey, as if this run were new."""
+        """Restart from another scene of the same kind, as if this run were new."""
         self._clear_histograms()
         self.memory.clear()
         self._begin(start)
@@ -284,9 +284,9 @@ MAX_RELEASED = 2  # a case without a crank takes two different ones: without sam
 
 
 def initial_run(scene: Scene, times: np.ndarray, *, in_angles: bool, marks: Marks) -> Run:
-    """Return a run at the start of a scene: a released run if one has the same type and BatchKey."""
+    """Return a run at the start of a scene: a released run if one has the same kind."""
     start = start_of(scene, times, marks)
-    kind = form_number(scene.value), start.batch_key, in_angles
+    kind = *start.kind, in_angles
     for run in released_runs[:]:
         if run.kind == kind:
             with contextlib.suppress(ValueError):  # another thread has taken it

@@ -197,7 +197,7 @@ class SceneInputs(NamedTuple):
     """Inputs that all runs of a scene share."""
 
     initial_values: list[float]  # the arrays of an InitialState, concatenated
-    loop_inputs: list[float]  # those of a RunInputs after `marks`, concatenated
+    loop_inputs: list[float]  # knots, initial values of internal states, sides and depth limits of the contacts
     knots: int  # number of the first of these
     has_friction: tuple[bool, ...]  # by contact
     sliding_distance: tuple[float, ...]  # m, by contact: of earlier wear

@@ -5,12 +5,11 @@ import itertools
 import math
 import operator
 from collections.abc import Callable
-from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.layout import MAX_REVOLUTIONS, Layout
+from ...contracts.layout import MAX_REVOLUTIONS
 from ...mechanics import observe
 from ...mechanics.coupling.entries import workspace_size
 from ...mechanics.coupling.rates import observed_width
@@ -23,7 +22,7 @@ from ...mechanics.solver.collocation import COEFFICIENTS, ROWS
 from ...mechanics.solver.step_control import MAX_PATTERN_BITS, PIECE_BITS
 from ...mechanics.solver.totals import ContactStep, Step
 from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS
-from ...tracing.compiled.family import Entry
+from ...tracing.compiled.family import Entry, form_number
 from ...tracing.memory import Fields
 from ...tracing.symbols import WIDTH
 from ..figures.window import Quantile, Repetition, Spread, expected_largest, quantiles, resultant_contacts
@@ -313,52 +312,27 @@ def period(scene: Scene) -> float:
     return 2.0 * math.pi / scene.value.reference_rate
 
 
-class BatchKey(NamedTuple):
-    """Properties that scenes of one type must share to reuse one Run."""
-
-    layout: Layout
-    samples: int
-    marks: int
-    knots: int
-
-
-class RunInputs(NamedTuple):
-    """Input arrays of the loop, under their names in Work, Record and RevolutionMarks."""
-
-    times: np.ndarray
-    marks: np.ndarray
-    knots: np.ndarray
-    initial_values: np.ndarray
-    side: np.ndarray
-    limit_depth: np.ndarray
-
-
-def inputs_of(values: np.ndarray, batch_key: BatchKey, contacts: int, internal: int) -> RunInputs:
-    """Return views of the inputs in one array, for a number of contacts and `internal` states."""
-    sizes = batch_key.samples, batch_key.marks, batch_key.knots, internal, contacts, contacts
-    return RunInputs._make(values[begin:end] for begin, end in pairwise(accumulate(sizes, initial=0)))
-
-
 class Start(NamedTuple):
     """Scene and inputs of an integration."""
 
     scene: Scene
-    batch_key: BatchKey
+    times: np.ndarray  # at which results are reported
     marks: Marks
-    inputs: np.ndarray  # the arrays of a RunInputs, concatenated
+    inputs: np.ndarray  # the times, the values of the clock at the marks, and `SceneInputs.loop_inputs`
     max_step: float  # s, longest step
 
     @property
-    def times(self) -> np.ndarray:
-        """Return the times at which results are reported."""
-        return self.inputs[: self.batch_key.samples]
+    def kind(self) -> tuple[Any, ...]:
+        """Return what scenes must share to reuse one Run: their type, layout, and numbers of inputs."""
+        numbers = self.times.size, self.marks.turns.size, self.scene.inputs.knots
+        return form_number(self.scene.value), self.scene.layout, *numbers
 
 
 def start_of(scene: Scene, times: np.ndarray, marks: Marks = NO_MARKS) -> Start:
     """Return the Start of a scene with results at `times` and these `marks`."""
     return Start(
         scene=scene,
-        batch_key=BatchKey(scene.layout, times.size, marks.turns.size, scene.inputs.knots),
+        times=times,
         marks=marks,
         inputs=np.concatenate([times, scene.crank_clock.values_after(marks.turns), scene.inputs.loop_inputs]),
         max_step=MAX_STEP_TURNS * period(scene) if scene.mechanism.turns else math.inf,

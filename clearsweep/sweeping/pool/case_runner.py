@@ -377,28 +377,22 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
             tasks = [
                 workers.submit(prepare, working, *part) for working, part in zip(progress_files, parts, strict=True)
             ]
-            failures, seconds = [], 0.0
+            failures, seconds = list[Exception](), 0.0
             for task in tasks:
-                failures.append(_failure(task))
-                seconds += 0.0 if failures[-1] else task.result()
+                try:
+                    seconds += task.result()
+                except Exception as error:
+                    failures.append(error)
                 compiling.done += 1
     except RuntimeError as error:  # of the pool, as in `Driver`; BrokenExecutor is one
         failures, seconds = [BrokenExecutor(str(error))], 0.0
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
-    elif compile_failure := next((error for error in failures if error and not isinstance(error, InputError)), None):
+    elif compile_failure := next((error for error in failures if not isinstance(error, InputError)), None):
         phases.print_line(
             f"compiling in advance failed ({error_line(compile_failure)}); cases that need this code will report it"
         )
     return seconds
-
-
-def _failure(future: Future) -> Exception | None:
-    try:
-        future.result()
-    except Exception as error:
-        return error
-    return None
 
 
 def failure_limit(max_failures: int | str | None, cases: int) -> int | None:
