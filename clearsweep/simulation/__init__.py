@@ -29,7 +29,6 @@ from .advice import (
 from .analyses.life import Log
 from .analyses.repeated import build
 from .analyses.trajectory import (
-    PinReactions,
     compile_for,
     compile_loop,
     peak_revolution,

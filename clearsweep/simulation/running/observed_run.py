@@ -8,7 +8,7 @@ import enum
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from ...mechanics.solver import integration, step
 from ...mechanics.solver.integration import Work
 from ...tracing.memory import Fields
 from ..setup.scene import Scene
-
-if TYPE_CHECKING:
-    from .run import Run
 
 # Progress of a case: the phases of an integration and of a life.
 
@@ -117,6 +114,18 @@ class Decision(enum.IntEnum):
     BEGIN_WINDOW = 2  # begin the window of the figures at the end of this revolution
 
 
+class Pausing(Protocol):
+    """An integration that can pause and resume: a `run.Run`."""
+
+    work: Work
+
+    def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
+        """Return status and events from the present state to the end or pause in `control`."""
+
+    def forget_figures(self) -> None:
+        """Forget the figures of the window, which begins anew later."""
+
+
 class Observer(Protocol):
     """An observer of a run."""
 
@@ -144,7 +153,7 @@ class LaterWindow:
 
 def run_observed(
     control: integration.Control,
-    run: "Run",
+    run: Pausing,
     discard: float,
     value_after: Callable[[float], float],
     observers: Sequence[Observer],
@@ -243,7 +252,7 @@ class Perturbed:
     def __init__(
         self,
         control: integration.Control,
-        run: "Run",
+        run: Pausing,
         scale: np.ndarray,
         tolerance: float,
         branches: Branches = NO_BRANCHES,
