@@ -297,7 +297,7 @@ class ElasticLink(NamedTuple):
 
 def elastic_links(case: Case) -> tuple[ElasticLink, ...]:
     """Return the links of a case that are elastic along the line of their pins."""
-    machine = _elastic_machine(case)
+    machine = machine_of(mechanism_of(case), case) if case.outline.elastic else None
     bodies = machine.bodies.items() if machine else ()
     return tuple(
         _link(machine, name, body, body.elastic)
@@ -318,7 +318,7 @@ class BendingLink(NamedTuple):
 
 def bending_links(case: Case) -> tuple[BendingLink, ...]:
     """Return the links of a case that bend."""
-    machine, links = _elastic_machine(case), []
+    machine, links = machine_of(mechanism_of(case), case) if case.outline.elastic else None, []
     section = "bodies." if case.outline.bodies else ""
     for name, body in machine.bodies.items() if machine else ():
         elastic = body.elastic
@@ -328,15 +328,6 @@ def bending_links(case: Case) -> tuple[BendingLink, ...]:
             mass_ratio = body.mass / (density * elastic.bending.area * length)
             links.append(BendingLink(name, elastic.bending.modes, rate, max_drive_speed(machine) / rate, mass_ratio))
     return tuple(links)
-
-
-def _elastic_machine(case: Case) -> Machine | None:
-    """Return the planar machine of a case with elastic links, else None."""
-    mechanism = mechanism_of(case)
-    if mechanism.machine is None or not case.outline.elastic:
-        return None
-    machine: Machine = mechanism.machine(case)
-    return machine
 
 
 def segments_to_resolve(link: ElasticLink, peak: float, depth: float, rate: float) -> int:

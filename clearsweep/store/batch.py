@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 
 from ..answers.verdict import LimitsAndFigures
 from ..contracts import results
-from ..contracts.layout import SECTION_COUNT, Column, Layout
+from ..contracts.layout import Column, Layout
 from ..grid import CaseLabels, Grid
 from ..language.errors import error_line
 from . import durable
@@ -204,24 +204,18 @@ def describe_dataset(target: Hdf5, dataset: Dataset) -> None:
 
 def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
+    parts = [(dataset, [_values_in(row.trajectory, dataset) for row in rows]) for dataset in datasets(schema)]
+    counts = {dataset.item: list(map(len, values)) for dataset, values in parts}
     arrays = [(CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))]
     for item, dataset in offset_datasets(schema).items():
-        counts = (_count_items(schema, row.trajectory, item) for row in rows)
-        arrays.append((dataset, np.cumsum([0, *counts]).astype("i8")))
-    arrays += [(dataset, _without_huge(_concatenate_values(schema, dataset, rows))) for dataset in datasets(schema)]
+        arrays.append((dataset, np.cumsum([0, *counts.get(item, [0] * len(rows))]).astype("i8")))
+    arrays += [(dataset, _joined(dataset, values)) for dataset, values in parts]
     size = sum(values.nbytes + DATASET_BYTES for _, values in arrays)  # in one block, since growing takes longer
     with h5py.File("batch", "w", driver="core", backing_store=False, block_size=size) as file:
         for dataset, values in arrays:
             _add_dataset(file, dataset, values)
         file.flush()
         return bytes(file.id.get_file_image())
-
-
-def _without_huge(values: np.ndarray) -> np.ndarray:
-    """Return values with NaN in place of numbers beyond LARGEST, which the readers refuse."""
-    if values.dtype.kind != "f" or not (is_huge := np.abs(values) > LARGEST).any():
-        return values
-    return np.where(is_huge, np.nan, values)
 
 
 def _add_dataset(file: Hdf5, dataset: Dataset, values: np.ndarray) -> None:
@@ -234,56 +228,35 @@ def _add_dataset(file: Hdf5, dataset: Dataset, values: np.ndarray) -> None:
         target.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
 
 
-def _count_items(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> int:
-    if schema.histories and item == EVENT:
-        return len(trajectory.events)  # also for failed cases, if stored
-    if schema.histories and item == SAMPLE:
-        return len(trajectory.t) if _keeps_samples(trajectory) else 0
-    if trajectory.status != "ok":
-        return 0  # failed cases have no other histories
-    if item == NODE:
-        return len(trajectory.history["revolutions"])
-    if not schema.histories:
-        return 0
-    assert item == SECTION, item
-    return len(trajectory.poincare.get(SECTION_COUNT, ()))
-
-
-def _keeps_samples(trajectory: results.Trajectory) -> bool:
-    return trajectory.status in ("ok", *results.PARTIAL_STATUSES)
-
-
-def _concatenate_values(schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
-    """Return the values of a dataset for all rows, case after case."""
-    finished = [row.trajectory for row in rows if row.trajectory.status == "ok"]
-    if dataset.item == SAMPLE:
-        recorded = [row.trajectory for row in rows if len(row.trajectory.t) and _keeps_samples(row.trajectory)]
-        return np.concatenate([np.empty(0), *(path.samples(dataset.path) for path in recorded)])
-    if dataset.item == SECTION:
-        arrays = [path.poincare[dataset.path] for path in finished if dataset.path in path.poincare]
-        return np.concatenate([np.empty(0, dataset.dtype), *arrays])
-    if dataset.item == NODE:
-        arrays = [path.history[dataset.path.removeprefix(results.HISTORY)] for path in finished]
-        return np.concatenate([np.empty((0, *dataset.shape)), *arrays])
+def _values_in(trajectory: results.Trajectory, dataset: Dataset) -> np.ndarray:
+    """Return the values of a dataset in the result of a case; one that failed has none but events and some samples."""
+    is_finished, nothing = trajectory.status == "ok", np.empty((0, *dataset.shape), dataset.dtype)
     if dataset.item == EVENT:
-        name = dataset.path.removeprefix("events/")
-        values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(row.trajectory.events for row in rows)])[name]
-        codes = h5py.check_enum_dtype(dataset.dtype)
-        return values if codes is None else _encode_words(values, codes, dataset.dtype)
+        return trajectory.events[dataset.path.removeprefix("events/")]
+    if dataset.item == SAMPLE:
+        is_kept = len(trajectory.t) and trajectory.status in ("ok", *results.PARTIAL_STATUSES)
+        return trajectory.samples(dataset.path) if is_kept else nothing
+    if dataset.item == SECTION:
+        return trajectory.poincare.get(dataset.path, nothing) if is_finished else nothing
+    if dataset.item == NODE:
+        return trajectory.history[dataset.path.removeprefix(results.HISTORY)] if is_finished else nothing
     _, joint, body = dataset.path.split("/")
-    depths = np.full((len(rows), *dataset.shape), np.nan)
-    for position, row in enumerate(rows):
-        if row.trajectory.status == "ok":
-            depths[position] = row.trajectory.wear[joint][body == "journal"]
-    return depths
+    depths = trajectory.wear[joint][body == "journal"] if is_finished else np.full(dataset.shape, np.nan)
+    return depths[np.newaxis]
 
 
-def _encode_words(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> np.ndarray:
-    """Return the codes of words as an enum."""
-    numbers = np.full(len(words), -1, dtype)
-    for word, code in codes.items():
-        numbers[words == word] = code
-    return numbers
+def _joined(dataset: Dataset, parts: list[np.ndarray]) -> np.ndarray:
+    """Return the values of a dataset for all cases as a file has them: words as codes, NaN for what readers refuse."""
+    codes = h5py.check_enum_dtype(dataset.dtype)
+    values = np.concatenate([np.empty((0, *dataset.shape), "U1" if codes else dataset.dtype), *parts])
+    if codes:
+        numbers = np.full(len(values), -1, dataset.dtype)
+        for word, code in codes.items():
+            numbers[values == word] = code
+        return numbers
+    if dataset.dtype.kind == "f" and (is_huge := np.abs(values) > LARGEST).any():
+        return np.where(is_huge, np.nan, values)
+    return values
 
 
 def table_bytes(table: pa.Table, facts: dict) -> bytes:

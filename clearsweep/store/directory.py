@@ -37,7 +37,7 @@ from .batch import (
     table_bytes,
 )
 from .datasets import Contents, datasets, open_orbits
-from .record import RECORD_FILE, MisshapenError, json_round_trip, read_record, record_bytes, signed, utc_now
+from .record import RECORD_FILE, MisshapenError, differing, json_round_trip, read_record, record_bytes, signed, utc_now
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
@@ -130,18 +130,15 @@ class RunDirectory:
 
     def _compare(self, stored_settings: dict[str, Any], grid_settings: dict[str, Any]) -> None:
         """Raise DirectoryError if the fixed settings of the directory differ from those of the grid."""
-        paths = sorted({*stored_settings, *grid_settings})
-        pairs = {path: (stored_settings.get(path), grid_settings.get(path)) for path in paths}
-        differing = {path: (there, here) for path, (there, here) in pairs.items() if there != here}
-        if differing:
+        if differences := differing(stored_settings, grid_settings):
             lines = "".join(
                 f"\n  {path}: there {_json_text(there)}, in the grid {_json_text(here)}"
-                for path, (there, here) in differing.items()
+                for path, (there, here) in sorted(differences.items())
             )
             raise OtherGridError(
                 f"{self.path}: contains the results of another grid, and only values on swept axes may change; choose "
                 f"another directory with --out, or move it aside with --fresh; differences:{lines}",
-                list(differing),
+                sorted(differences),
             )
 
     @contextlib.contextmanager

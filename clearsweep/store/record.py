@@ -471,11 +471,13 @@ def grid_changes(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[st
         }
         for record in (first, second)
     )
-    return {
-        path: (first_values.get(path), second_values.get(path))
-        for path in {**first_values, **second_values}
-        if first_values.get(path) != second_values.get(path)
-    }
+    return differing(first_values, second_values)
+
+
+def differing(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """Return key -> both values where two mappings differ, None for a missing one."""
+    pairs = {key: (first.get(key), second.get(key)) for key in {**first, **second}}
+    return {key: pair for key, pair in pairs.items() if pair[0] != pair[1]}
 
 
 def grid_record(grid: Grid) -> dict[str, Any]:

@@ -145,8 +145,7 @@ class BlockRunner:
         requested = np.sort(ids)
         pending = missing_indices(ids, requested, directory.rows(), retry_failed=job.options.retry_failed)
         self.case_runner.directory = directory
-        if self.case_runner.workers is None:
-            self.case_runner.start_workers(len(job.division.part(number)))
+        self.case_runner.start_workers(len(job.division.part(number)))
         is_complete = True
         if len(pending):
             title = f"block {number + 1:,} of {job.division.count:,}: "
@@ -161,8 +160,6 @@ class BlockRunner:
                 earlier=finished_counts(directory.rows(), requested, ids[pending]),
             )
             is_complete = self.case_runner.run_cases(job.grid, cases, allowed)
-        if self.case_runner.workers is None:  # the driver has ended them
-            self.case_runner.start_workers(1)
         self._submit(number, block, requested)
         self.collect(wait=False)
         return is_complete
@@ -175,8 +172,6 @@ class BlockRunner:
             phases.print_line(f"{block.path}: {sentence}")
         for source in sources:
             directory.link_batches(source)
-        if self.case_runner.workers is None:
-            self.case_runner.start_workers(1)
         self._submit(number, block, np.sort(self.job.cases(number)[1]))
         self.collect()
 
@@ -193,8 +188,8 @@ class BlockRunner:
         context = RunContext(self.job.directory, self.job.grid, self.job.simulator)
 
         def submit() -> Future:
-            assert self.case_runner.workers  # hired
-            return self.case_runner.workers.submit(finish_block, context, block, self.job.division, requested)
+            workers = self.case_runner.start_workers(1)  # anew, if the driver has ended them
+            return workers.submit(finish_block, context, block, self.job.division, requested)
 
         self.finishing[number] = submit(), submit
 
@@ -227,8 +222,7 @@ class BlockRunner:
                 try:
                     future = submit()
                 except RuntimeError:
-                    assert self.case_runner.workers
-                    self.case_runner.workers.restart()
+                    self.case_runner.start_workers(1).restart()
                     future = submit()
             else:
                 return mark

@@ -156,12 +156,9 @@ def _read_records_of_same_grid(paths: list[Path]) -> list[dict[str, Any]]:
             store.verify(source, record)
     first_settings = _deciding_settings(records[0])
     for source, record in zip(paths[1:], records[1:], strict=True):
-        settings = _deciding_settings(record)
-        both = {path: (first_settings.get(path), settings.get(path)) for path in sorted({*first_settings, *settings})}
         lines = "".join(
             f"\n  {path}: {_short_text(first)} in the first, {_short_text(this)} in this one"
-            for path, (first, this) in both.items()
-            if first != this
+            for path, (first, this) in sorted(store.differing(first_settings, _deciding_settings(record)).items())
         )
         if lines:
             raise DirectoryError(

@@ -153,8 +153,7 @@ def _help(node: _NodeDriver, number: int, other_nodes: _OtherCommits) -> None:
     if not len(pending):
         return
     case_runner.directory = directory
-    if case_runner.workers is None:
-        case_runner.start_workers(len(ids))
+    case_runner.start_workers(len(ids))
     case_runner.run_cases(job.grid, Pending(indices[pending], ids[pending], read_finished_ids=other_nodes))
 
 

@@ -167,21 +167,15 @@ def _mechanism_with_outline(with_outline: Callable[[Outline], Mechanism], outlin
 
 def machine_of(mechanism: Mechanism, case: Case) -> Machine | None:
     """Return the planar machine of a case, or None if its mechanism has none; cases that differ elsewhere share it."""
-    if not mechanism.machine:
-        return None
-    return _machine(mechanism.machine, case)
-
-
-def _length_of(case: Case) -> tuple:
-    """Return what the angles that a run visits depend on, besides its drive."""
-    settings = case.simulate
-    return settings.revolutions, settings.period, settings.until is None, case.life is None
+    return _machine(mechanism.machine, case) if mechanism.machine else None
 
 
 def _parts_of_machine(machine_from: Callable[[Case], Machine], case: Case) -> tuple:
-    """Return what the machine of a case depends on."""
+    """Return what the machine of a case depends on: its parts, its drive, and how far it turns."""
+    settings = case.simulate
+    length = settings.revolutions, settings.period, settings.until is None, case.life is None
     sections = Identity(case.mechanism), Identity(case.loads), Identity(case.outline)
-    return machine_from, sections, repr((case.drive, _length_of(case)))
+    return machine_from, sections, repr((case.drive, length))
 
 
 @planar.shared_by(_parts_of_machine, 256)

@@ -330,16 +330,12 @@ def onset_rates(run: Run) -> list[float]:
     work: Any = run.work  # mypy takes its parts for tuples of anything
     rates = [math.nan] * len(run.value.joints)
     for j, offsets in enumerate(run.offsets):
-        if touches(work.mode.item(offsets.contact)) and needs_onset_rate(_law_at_end(run, j)):
+        law: Any = run.value.joints[j].law  # mypy takes it for a tuple of anything
+        if law._field_defaults:  # it has an internal state
+            law = with_current_state(law, work.end, work.latched, offsets)
+        if touches(work.mode.item(offsets.contact)) and needs_onset_rate(law):
             rates[j] = work.latched.item(offsets.contact)
     return rates
-
-
-def _law_at_end(run: Run, index: int) -> Any:
-    """Return the law of a joint with its internal state at the end of a run."""
-    law: Any = run.value.joints[index].law  # mypy takes it for a tuple of anything
-    work: Any = run.work
-    return with_current_state(law, work.end, work.latched, run.offsets[index]) if law._field_defaults else law
 
 
 def integration_of(

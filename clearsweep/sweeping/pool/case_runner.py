@@ -177,7 +177,7 @@ class CaseRunner:
             if not is_complete or batches.is_empty:
                 return is_complete
             batches.is_too_long = None
-        workers = self.workers or self.start_workers(count)
+        workers = self.start_workers(count)
         self._compile(workers, scene_cases)
         is_complete = run(workers, context)
         if not is_complete:
@@ -254,9 +254,9 @@ class CaseRunner:
         self.ready_time = self.ready_time or time.monotonic()
 
     def start_workers(self, cases: int) -> executors.Executor:
-        """Return started workers for at most `cases` cases at a time."""
+        """Return the workers; if there are none, start them for at most `cases` cases at a time."""
         worker_count = min(self.options.jobs or executors.cores(), cases)
-        self.workers = executors.EXECUTORS[self.options.executor](
+        self.workers = self.workers or executors.EXECUTORS[self.options.executor](
             worker_count, self.options.scheduler, self.simulator.load
         )
         return self.workers

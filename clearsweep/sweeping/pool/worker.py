@@ -272,10 +272,10 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     stored, stored_at = 0, begin
     with (
         system.patience(),
-        _new_status_file(context.status_file(batch)) as status_writer,
+        _new_status_file(context.status_file(batch)) as status,
         phases.store_progress(context.working(batch).replace_progress),
     ):
-        for task, point, trajectory in _solved(context, batch, status_writer, logs):
+        for task, point, trajectory in _solved(context, batch, *status, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
             if context.grid.chained and context.time() - stored_at > CHAIN_SECONDS:
                 store.commit(context.directory, context.result_schema, secrets.token_hex(8), rows[stored:])
@@ -288,24 +288,29 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
 
 
 def _solved(
-    context: RunContext, batch: Batch, status_writer: "_StatusWriter", logs: list[store.Unfinished]
+    context: RunContext, batch: Batch, status_file: int, record: Callable[[int], None], logs: list[store.Unfinished]
 ) -> Iterator[tuple[Task, dict[str, Any], Trajectory]]:
     """Yield the cases of a batch and their results; on a request to stop, end after the current case.
 
     Where the patience of the context ends, the cases left belong to other workers.
-    `logs` : receives the logs of lives, which are obsolete once their results are stored.
+    status_file, record : as `_new_status_file` yields them
+    logs : receives the logs of lives, which are obsolete once their results are stored.
     """
-    stop_request, end, budget = _StopRequest(context), context.time() + context.patience, CASE_SHARE * context.patience
+    stop_requests, end, budget = (
+        _stop_requests(context),
+        context.time() + context.patience,
+        CASE_SHARE * context.patience,
+    )
     for index, (task, point, case) in enumerate(_cases(context.grid, batch)):
-        if stop_request.is_requested() or context.time() > end:
+        if next(stop_requests) or context.time() > end:
             return
-        status_writer.record(index)
+        record(index)
         log = store.Unfinished(context.directory, task.case_id) if case.life else None
         with phases.phase("") as phase:
             phase.facts = context.facts(task)
             if is_cut := budget < case.simulate.time_budget:
                 case = case._replace(simulate=case.simulate._replace(time_budget=budget))  # noqa: PLW2901
-            trajectory = _solve(context, case, log, status_writer.handle)
+            trajectory = _solve(context, case, log, status_file)
             if is_cut and trajectory.status == OUT_OF_TIME:
                 return
         yield task, point, trajectory
@@ -320,47 +325,35 @@ def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Cas
         yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
 
 
-class _StopRequest:
-    """Tells a worker whether to stop before its next case; at intervals it checks a file, which takes 5 us."""
-
-    def __init__(self, context: RunContext):
-        self.stop, self.due = os.fspath(context.stop), 0.0
-
-    def is_requested(self) -> bool:
-        """Return whether to stop."""
-        if system.requested():
-            return True
-        if (now := time.monotonic()) < self.due:
-            return False
-        self.due = now + CHECK_INTERVAL
-        return os.path.exists(self.stop)
-
-
-class _StatusWriter:
-    """The status of a batch's worker, written by itself; space for the watchdog follows the text."""
-
-    def __init__(self, path: Path, handle: int):
-        self.path, self.handle, self.process = path, handle, os.getpid()
-        os.lseek(handle, STATUS_LENGTH, os.SEEK_SET)
-
-    def record(self, index: int) -> None:
-        """Record which case of the batch is next."""
-        try:
-            os.pwrite(self.handle, f"{self.process:10d} {index:10d}\n".encode(), 0)
-        except OSError as error:
-            raise durable.refused_write_error(self.path, error) from error
+def _stop_requests(context: RunContext) -> Iterator[bool]:
+    """Yield whether a worker has to stop before its next case; at intervals it checks a file, which takes 5 us."""
+    stop, due = os.fspath(context.stop), 0.0
+    while True:
+        is_requested = bool(system.requested())
+        if not is_requested and (now := time.monotonic()) >= due:
+            due, is_requested = now + CHECK_INTERVAL, os.path.exists(stop)
+        yield is_requested
 
 
 @contextlib.contextmanager
-def _new_status_file(path: Path) -> Iterator[_StatusWriter]:
-    """Yield a new status file; AbandonedError if one exists: the scheduler repeats a batch that killed a worker."""
+def _new_status_file(path: Path) -> Iterator[tuple[int, Callable[[int], None]]]:
+    """Yield a new status file, behind its text, and what records which case of the batch is next.
+
+    AbandonedError if one exists: the scheduler repeats a batch that killed a worker.
+    """
     with durable.storing(path):
         try:
             handle = durable.create_file(path)
         except FileExistsError:
             raise AbandonedError(f"{path.name}: its batch was begun before") from None
+
+    def record(index: int) -> None:
+        with durable.storing(path):
+            os.pwrite(handle, f"{os.getpid():10d} {index:10d}\n".encode(), 0)
+
     try:
-        yield _StatusWriter(path, handle)
+        os.lseek(handle, STATUS_LENGTH, os.SEEK_SET)  # where a watchdog writes
+        yield handle, record
     finally:
         os.close(handle)
 
