@@ -259,26 +259,19 @@ class Recommendation(NamedTuple):
     rating: str  # of the law in the grid: SUITABLE, DOUBTFUL or UNSUITABLE
     objection: str  # reason of that rating
 
-    def _law_kind(self) -> str:
-        return "elastic law" if self.key.endswith("elastic") else "contact law"
-
-    def _law_text(self) -> str:
-        """Return the law in words, with the reason."""
-        law = f"{self.law} ({self.reason})" if self.law else "none, as none is valid there"
-        return f"{self._law_kind()} {law}{', in use' if self.law == self.law_used else ''}"
-
-    def _used_law_text(self) -> str:
-        """Return the assessment of the law in use as a sentence."""
-        description = f"is {self.rating}" + ("" if self.rating == SUITABLE else f": {self.objection}")
-        remedy = f" Write `{self.key}: {self.law}`." if self.law and self.rating != SUITABLE else ""
-        return f"The {self._law_kind()} in use, {self.law_used}, {description}.{remedy}"
-
 
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
     """Return the laws that are recommended for the joints _JOINTS, with reasons and the rating of the laws in use."""
-    summary = f"Recommended for {_JOINTS}: {'; '.join(recommendation._law_text() for recommendation in laws)}."
-    used = [each._used_law_text() for each in laws if each.law != each.law_used]
-    return " ".join([summary, *used])
+    recommended, used = [], []
+    for each in laws:
+        kind = "elastic law" if each.key.endswith("elastic") else "contact law"
+        law = f"{each.law} ({each.reason})" if each.law else "none, as none is valid there"
+        recommended.append(f"{kind} {law}{', in use' if each.law == each.law_used else ''}")
+        if each.law != each.law_used:
+            description = f"is {each.rating}" + ("" if each.rating == SUITABLE else f": {each.objection}")
+            remedy = f" Write `{each.key}: {each.law}`." if each.law and each.rating != SUITABLE else ""
+            used.append(f"The {kind} in use, {each.law_used}, {description}.{remedy}")
+    return " ".join([f"Recommended for {_JOINTS}: {'; '.join(recommended)}.", *used])
 
 
 def recommended_texts(laws: Iterable[Recommendation]) -> list[str]:
@@ -424,17 +417,13 @@ def _recommended_for(joint: Joint, assessments: Iterable[LawAssessment]) -> list
         law_used, key = _law_used(joint, family), describe.KEYS[family]
         used = by_law.get(law_used, LawAssessment(family, law_used, SUITABLE, ""))
         suitable = [assessment for assessment in by_law.values() if assessment.rating == SUITABLE]
-        best = min(suitable, key=_rank, default=None)
+        best = min(suitable, key=lambda each: each.merit.rank if each.merit else len(RATINGS) + 10, default=None)
         law, reason = (best.law, best.merit.reason if best.merit else best.reason) if best else ("", "")
         recommended.append(Recommendation(joint.name, key, law, reason, law_used, used.rating, used.reason))
     return recommended
 
 
 _NO_RESTITUTION = "the joint has no restitution"
-
-
-def _rank(assessment: LawAssessment) -> int:
-    return assessment.merit.rank if assessment.merit else len(RATINGS) + 10
 
 
 def _law_used(joint: Joint, family: str) -> str:

@@ -211,21 +211,16 @@ def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
         arrays.append((dataset, np.cumsum([0, *counts.get(item, [0] * len(rows))]).astype("i8")))
     arrays += [(dataset, _joined(dataset, values)) for dataset, values in parts]
     size = sum(values.nbytes + DATASET_BYTES for _, values in arrays)  # in one block, since growing takes longer
-    with h5py.File("batch", "w", driver="core", backing_store=False, block_size=size) as file:
-        for dataset, values in arrays:
-            _add_dataset(file, dataset, values)
-        file.flush()
-        return bytes(file.id.get_file_image())
-
-
-def _add_dataset(file: Hdf5, dataset: Dataset, values: np.ndarray) -> None:
-    """Add a dataset to the file of a batch; some fifty of them by `create_dataset` take twice as long."""
     with_groups = h5py.h5p.create(h5py.h5p.LINK_CREATE)  # a dataset is created with the groups of its path
     with_groups.set_create_intermediate_group(True)
-    kind, space = h5py.h5t.py_create(values.dtype, logical=True), h5py.h5s.create_simple(values.shape)
-    target = h5py.h5d.create(file.id, dataset.path.encode(), kind, space, lcpl=with_groups)
-    if values.size:
-        target.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
+    with h5py.File("batch", "w", driver="core", backing_store=False, block_size=size) as file:
+        for dataset, values in arrays:  # some fifty of them: by `create_dataset` they take twice as long
+            kind, space = h5py.h5t.py_create(values.dtype, logical=True), h5py.h5s.create_simple(values.shape)
+            target = h5py.h5d.create(file.id, dataset.path.encode(), kind, space, lcpl=with_groups)
+            if values.size:
+                target.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
+        file.flush()
+        return bytes(file.id.get_file_image())
 
 
 def _values_in(trajectory: results.Trajectory, dataset: Dataset) -> np.ndarray:

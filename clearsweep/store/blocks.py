@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -263,31 +263,20 @@ class Sampler:
 # Finishes a block: its batches become a sorted summary, orbits, the index of its cases, a sample and its mark.
 
 
-class BlockFacts(Protocol):
-    """Counts of the cases of a block, and the cases that it mentions."""
-
-    def add(self, block: dict[str, np.ndarray], /) -> None:
-        """Add the columns of some cases."""
-
-    def case_ids(self) -> set[str]:
-        """Return the cases mentioned so far."""
-
-    def counts(self) -> dict[str, Any]:
-        """Return the counts for JSON."""
-
-
 def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     block: Block,
     division: Division,
     result_schema: ResultSchema,
     requested: np.ndarray,
-    facts: BlockFacts,
+    select: Callable[[dict[str, np.ndarray]], set[str]],
+    counts: Callable[[], dict[str, Any]],
     compute_peak_revolutions: ComputePeakRevolutions = lambda worst: [None] * len(worst),
     report: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Write the final files of a block, whose batches are committed; return its mark.
 
-    requested : identities of the cases in the block, ascending.  `report`, `compute_peak_revolutions` : as in `merge`.
+    requested : identities of the cases in the block, ascending.  select : as of a `Sampler`; counts : after all cases
+    were selected from, returns the `counts` of the mark.  `report`, `compute_peak_revolutions` : as in `merge`.
     """
     block.directory(result_schema)
     with durable.open_lock(block.path / LOCK) as lock:
@@ -304,11 +293,7 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
         if existing and existing["mark"] == content_hash:
             return existing
 
-        def add_and_mention(columns: dict[str, np.ndarray]) -> set[str]:
-            facts.add(columns)
-            return facts.case_ids()
-
-        sampler = Sampler(division.sampled, add_and_mention)
+        sampler = Sampler(division.sampled, select)
         peaks = worst_with_peaks(run, result_schema, rows, compute_peak_revolutions)
         with durable.storing(block.path):
             durable.discard(block.mark)
@@ -348,7 +333,7 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
                 "others": stored_count - len(rows),
                 "drawn": sampler.random_count,
                 "ranges": sampler.ranges,
-                "counts": facts.counts(),
+                "counts": counts(),
             },
             run.scratch,
         )

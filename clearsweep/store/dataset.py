@@ -357,33 +357,26 @@ class SampledRun(BlockedRun):
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
         """Yield the results of `StoredRun.event_blocks` for the whole sample at once."""
-        ids: list[str] = []
-        events: list[dict[str, np.ndarray]] = []
+        events: dict[str, tuple[np.ndarray, ...]] = {}  # case_id -> its columns
         for part, table in self._sampled:
-            sampled = table["case_id"].to_pylist()
-            ids += sampled
-            events += self._events(part, [int(case_id, 16) for case_id in sampled])
-        order = sorted(range(len(ids)), key=ids.__getitem__)
-        in_order = [events[number] for number in order]
-        counts = np.array([len(case["t"]) for case in in_order], int)
+            ids = table["case_id"].to_pylist()
+            events |= dict.fromkeys(ids, (np.empty(0),) * len(EVENT_COLUMNS))
+            rows = np.searchsorted(part.ids, np.array([int(case_id, 16) for case_id in ids], "u8"))
+            with part.orbits() as file:
+                offsets = file[OFFSETS_BY_ITEM[EVENT]][:] if self.histories and ids else np.empty(0, "i8")
+                runs = np.split(np.arange(len(rows)), np.flatnonzero(np.diff(rows) != 1) + 1)
+                for run in runs if len(offsets) else ():  # consecutive rows are read at once
+                    bounds = offsets[rows[run[0]] : rows[run[-1]] + 2]
+                    columns = [
+                        np.split(read_values(file, f"events/{name}", slice(*bounds[[0, -1]])), bounds[1:-1] - bounds[0])
+                        for name in EVENT_COLUMNS
+                    ]
+                    events |= zip([ids[k] for k in run.tolist()], zip(*columns, strict=True), strict=True)
+        in_order = [events[case_id] for case_id in sorted(events)]
         yield (
-            counts,
-            {name: np.concatenate([np.empty(0), *(case[name] for case in in_order)]) for name in EVENT_COLUMNS},
+            np.array([len(times) for times, *_ in in_order], int),
+            {
+                name: np.concatenate([np.empty(0), *(columns[k] for columns in in_order)])
+                for k, name in enumerate(EVENT_COLUMNS)
+            },
         )
-
-    def _events(self, part: Part, identities: list[int]) -> list[dict[str, np.ndarray]]:
-        """Return the events of some cases of a part, by identity; consecutive rows are read at once."""
-        row_indices = np.searchsorted(part.ids, np.array(identities, "u8"))
-        events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in EVENT_COLUMNS} for _ in identities]
-        with part.orbits() as file:
-            if not self.histories or not len(row_indices):
-                return events
-            offsets = file[OFFSETS_BY_ITEM[EVENT]][:]
-            runs = np.split(np.arange(len(row_indices)), np.flatnonzero(np.diff(row_indices) != 1) + 1)
-            for run in runs:
-                start, stop = int(offsets[row_indices[run[0]]]), int(offsets[row_indices[run[-1]] + 1])
-                values = {name: read_values(file, f"events/{name}", slice(start, stop)) for name in EVENT_COLUMNS}
-                for row in run.tolist():
-                    span = slice(int(offsets[row_indices[row]]) - start, int(offsets[row_indices[row] + 1]) - start)
-                    events[row] = {name: values[name][span] for name in EVENT_COLUMNS}
-        return events

@@ -305,7 +305,10 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         "name": record.get("name"),
         "state": state,
         "holder": holder,
-        "at_work": [_worker_facts(progress) for progress in read_workers(directory)] if holder else [],
+        "at_work": [
+            {**each.facts, "what": each.what, "seconds": each.seconds, "left": each.left, "text": case_text(each)}
+            for each in (read_workers(directory) if holder else ())
+        ],
         **(blocks[0] if blocks else _count_cases(record, run, progress, working=holder is not None)),
         "doing": progress and progress.text,
         "left": progress and progress.left,
@@ -370,17 +373,6 @@ def _count_rows(run: RunDirectory) -> dict[str, int]:
     """Return numbers of committed cases, with and without a good result."""
     failed = run.rows()["failed"]
     return {"ok": int(np.count_nonzero(~failed)), "failed": int(np.count_nonzero(failed))}
-
-
-def _worker_facts(progress: phases.Progress) -> dict[str, Any]:
-    """Return the progress of a worker, ready for JSON, with a line for people."""
-    return {
-        **progress.facts,
-        "what": progress.what,
-        "seconds": progress.seconds,
-        "left": progress.left,
-        "text": case_text(progress),
-    }
 
 
 def _carried_facts(record: Mapping[str, Any]) -> str | None:

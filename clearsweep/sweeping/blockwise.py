@@ -85,8 +85,8 @@ def finish_block(
             for case in worst
         ]
 
-    run_facts = RunFacts(record, grid.layout)
-    return store.finish_block(block, division, schema, requested, run_facts, compute_peak_revolutions)
+    facts = RunFacts(record, grid.layout)
+    return store.finish_block(block, division, schema, requested, facts.select, facts.counts, compute_peak_revolutions)
 
 
 class BlocksOutcome(NamedTuple):

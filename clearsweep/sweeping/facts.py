@@ -291,8 +291,9 @@ class RunFacts:
                 index = finished["case_id"].tolist().index(largest.case_id)
                 self.expected = largest._asdict() | describe(index)
 
-    def case_ids(self) -> set[str]:
-        """Return the identities of the cases in the facts so far."""
+    def select(self, block: dict[str, np.ndarray]) -> set[str]:
+        """Add some cases; return the identities of the cases in the facts so far."""
+        self.add(block)
         extremes = [*self.lives.extremes.values(), self.slowest_case.slowest, self.limits.worst]
         entries = [*self.failures, *self.worst.entries, *extremes]
         return {entry["case_id"] for entry in entries if entry} | self.remarks.case_ids()

@@ -50,12 +50,6 @@ class _NodeDriver:
         self.case_runner = CaseRunner(self.directory, options, self.job.simulator)
         self.runner = BlockRunner(job, self.case_runner, earlier=self.directory)
 
-    def close(self) -> None:
-        """End the workers."""
-        if self.case_runner.workers is not None:
-            self.case_runner.workers.close()
-            self.case_runner.workers = None
-
 
 _node_drivers: list[_NodeDriver] = []  # driver of this process, at most one
 
@@ -75,7 +69,7 @@ def _node_driver(token: str, content: bytes) -> _NodeDriver:
     """Return this process's driver for a run; that of an earlier run is closed."""
     if not _node_drivers or _node_drivers[0].token != token:
         while _node_drivers:
-            _node_drivers.pop().close()
+            _node_drivers.pop().case_runner.close()
         multiprocessing.current_process()._config.pop("daemon", None)  # type: ignore[attr-defined] # a nanny's child
         _node_drivers.append(_NodeDriver(token, _unpacked(content)))
     return _node_drivers[0]
@@ -125,12 +119,12 @@ def run_block(
                 runner.allowed_failures = None if most_failures is None else case_runner.failed + most_failures
                 complete = runner.run(number, other_nodes)
     except _StoppedError:
-        node.close()
+        case_runner.close()
         runner.finishing.clear()
         complete = False
     except StorageError as error:
         _node_drivers.clear()
-        node.close()
+        case_runner.close()
         error_text = str(error)
     return NodeReport(
         address,
@@ -174,7 +168,7 @@ def flush(token: str) -> NodeReport:
 def close(token: str) -> None:
     """End the workers of this node."""
     while _node_drivers and _node_drivers[0].token == token:
-        _node_drivers.pop().close()
+        _node_drivers.pop().case_runner.close()
 
 
 def _address() -> str:

@@ -117,8 +117,13 @@ class CaseRunner:
 
     def __exit__(self, *_: object) -> None:
         self.batches, self.attempted = None, []  # 32 bytes a case, which the answer needs
+        self.close()
+
+    def close(self) -> None:
+        """End the workers."""
         if self.workers is not None:
             self.workers.close()
+            self.workers = None
 
     def run(self, grid: grids.Grid, ids: np.ndarray, requested: np.ndarray) -> bool:
         """Run the missing cases of a grid; return False if stopped because too many cases failed.
