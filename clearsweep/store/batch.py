@@ -30,6 +30,7 @@ from .datasets import (
     SECTION,
     Dataset,
     Hdf5,
+    Stored,
     column_of,
     datasets,
     field_of,
@@ -91,6 +92,11 @@ class ResultSchema(NamedTuple):
         )
         frame = record["frame"]
         return cls(Layout.read(record["layout"]), axes, has_histories(frame), _frame_hash(frame))
+
+    @property
+    def stored(self) -> Stored:
+        """Return what determines the datasets of the orbits."""
+        return Stored(self.layout, self.histories)
 
     @property
     def content(self) -> str:
@@ -204,10 +210,10 @@ def describe_dataset(target: Hdf5, dataset: Dataset) -> None:
 
 def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
-    parts = [(dataset, [_values_in(row.trajectory, dataset) for row in rows]) for dataset in datasets(schema)]
+    parts = [(dataset, [_values_in(row.trajectory, dataset) for row in rows]) for dataset in datasets(schema.stored)]
     counts = {dataset.item: list(map(len, values)) for dataset, values in parts}
     arrays = [(CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))]
-    for item, dataset in offset_datasets(schema).items():
+    for item, dataset in offset_datasets(schema.stored).items():
         arrays.append((dataset, np.cumsum([0, *counts.get(item, [0] * len(rows))]).astype("i8")))
     arrays += [(dataset, _joined(dataset, values)) for dataset, values in parts]
     size = sum(values.nbytes + DATASET_BYTES for _, values in arrays)  # in one block, since growing takes longer

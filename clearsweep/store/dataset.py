@@ -19,9 +19,9 @@ from ..language.errors import DamagedError, DirectoryError, InputError
 from . import durable
 from .batch import GROUP_ROWS, open_table
 from .blocks import SAMPLE_FILE, Block, numbers_of_blocks, read_mark
-from .datasets import EVENT, ID_LENGTH, StoredNames, read_values, table_rows_at, values_of
+from .datasets import EVENT, ID_LENGTH, Stored, read_values, table_rows_at, values_of
 from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
-from .parts import Part, attributes_of, damage_said, plausible, to_frame
+from .parts import Part, attributes_of, damage_said, plausible, to_frame, unfinished_error
 from .read import EVENT_COLUMNS, HEXADECIMAL, OFFSETS_BY_ITEM, StoredRun
 from .record import RECORD_FILE, check_format, damaged_error, read_record
 
@@ -172,10 +172,7 @@ class BlockedRun(StoredRun):
         check_format(self.directory, self.grid)
         is_merged = "merged" in self.grid
         if not is_merged and not partial:
-            raise DirectoryError(
-                f"{directory}: its run is not finished; run the grid again with --out {directory}, which computes only "
-                "missing cases. To read the finished cases, use report --partial or clearsweep.open(..., partial=True)"
-            )
+            raise unfinished_error(self.directory)
         self.layout = Layout.read(self.grid["layout"])
         if is_merged:
             listed = self.grid["blocks"]["numbers"]
@@ -188,7 +185,7 @@ class BlockedRun(StoredRun):
             listed = [block for block in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, block))]
         if not listed:
             raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` shows the progress")
-        self.listed, names = self._blocks(listed), StoredNames(self.layout, self.histories)
+        self.listed, names = self._blocks(listed), Stored(self.layout, self.histories)
         self.parts = [Part(block.files, names) for block in self.listed]
 
     def _blocks(self, numbers: Iterable[int]) -> list[Block]:

@@ -7,7 +7,7 @@ import struct
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -131,16 +131,11 @@ class _Package:
 h5py = _Package()
 
 
-class Stored(Protocol):
+class Stored(NamedTuple):
     """What determines the datasets of a run."""
 
-    @property
-    def layout(self) -> Layout:
-        """Return the layout of the cases."""
-
-    @property
-    def histories(self) -> bool:
-        """Return whether samples and events are stored."""
+    layout: Layout
+    histories: bool  # whether samples and events are stored
 
 
 class Dataset(NamedTuple):
@@ -217,14 +212,14 @@ def life_datasets(layout: Layout) -> list[Dataset]:
 CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
 
 
-def datasets(schema: Stored) -> tuple[Dataset, ...]:
+def datasets(stored: Stored) -> tuple[Dataset, ...]:
     """Return the datasets of the orbits for `case_id` and the offsets."""
     all_datasets = []
-    if schema.histories:
-        stored = schema.layout.stored
-        all_datasets += [Dataset(item.name, np.dtype("f8"), item.unit, item.description, SAMPLE) for item in stored]
-        all_datasets += [*event_datasets(schema.layout), *section_datasets(schema.layout)]
-    for joint in schema.layout.joints:
+    if stored.histories:
+        channels = stored.layout.stored
+        all_datasets += [Dataset(item.name, np.dtype("f8"), item.unit, item.description, SAMPLE) for item in channels]
+        all_datasets += [*event_datasets(stored.layout), *section_datasets(stored.layout)]
+    for joint in stored.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
             shape: tuple[int, ...] = (joint.wear_bins,)
@@ -234,18 +229,18 @@ def datasets(schema: Stored) -> tuple[Dataset, ...]:
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
-    return (*all_datasets, *life_datasets(schema.layout))
+    return (*all_datasets, *life_datasets(stored.layout))
 
 
-def offset_datasets(schema: Stored) -> dict[str, Dataset]:
+def offset_datasets(stored: Stored) -> dict[str, Dataset]:
     """Return the datasets with the offsets of cases, by the counted item: sample, event and so on."""
     text = "first {} of each case; the last value is their number"
     offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
-    if schema.histories:
+    if stored.histories:
         offsets[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
-        if schema.layout.sections:
+        if stored.layout.sections:
             offsets[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
-    if schema.layout.life:
+    if stored.layout.life:
         offsets[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
     return offsets
 
@@ -277,18 +272,11 @@ class _Expected(NamedTuple):
     groups: frozenset[str]
 
 
-class StoredNames(NamedTuple):
-    """What determines the datasets of a run, as `Stored`."""
-
-    layout: Layout
-    histories: bool
-
-
 @lru_cache(8)
-def _expected(names: StoredNames, *, with_peaks: bool) -> _Expected:
+def _expected(stored: Stored, *, with_peaks: bool) -> _Expected:
     """Return what the contract says of a file."""
-    offsets = offset_datasets(names)
-    all_datasets = [CASE_ID, *offsets.values(), *datasets(names), *(peak_datasets(names.layout) if with_peaks else ())]
+    offsets, peaks = offset_datasets(stored), peak_datasets(stored.layout) if with_peaks else ()
+    all_datasets = [CASE_ID, *offsets.values(), *datasets(stored), *peaks]
     by_path = {dataset.path: dataset for dataset in all_datasets}
     paths_of_offsets = {item: dataset.path for item, dataset in offsets.items()}
     paths_of_offsets |= {_PEAK_SAMPLE: OFFSETS} if with_peaks else {}
@@ -307,9 +295,9 @@ class Contents(NamedTuple):
 
 @contextlib.contextmanager
 def open_orbits(
-    path: Path, schema: Stored, rows: int, *, mark: str | None = None, plain: bool = False
+    path: Path, stored: Stored, rows: int, *, mark: str | None = None, plain: bool = False
 ) -> Iterator[tuple[Hdf5, Contents]]:
-    """Yield a file of orbits that has the datasets of `schema` for `rows` cases, and nothing else; with its contents.
+    """Yield a file of orbits that has the datasets of `stored` for `rows` cases, and nothing else; with its contents.
 
     An HDF5 file can refer to other files, pipes and libraries.  So every link must be a hard one, and every dataset an
     array in this file with the type and the shape of the contract.  `mark`: that of the run to which it must belong;
@@ -322,13 +310,13 @@ def open_orbits(
         stored_mark = file.attrs["clearsweep"] if mark is not None else None
         if mark is not None and not (isinstance(stored_mark, str) and stored_mark == mark):
             raise MisshapenError("it belongs to another run than summary.parquet")
-        yield file, _check_file(file, schema, rows, os.stat(path).st_size if plain else None)
+        yield file, _check_file(file, stored, rows, os.stat(path).st_size if plain else None)
 
 
-def _check_file(file: Hdf5, schema: Stored, rows: int, plain_size: int | None) -> Contents:
-    """Return the contents of a file; raise MisshapenError if it has others than `schema` says."""
+def _check_file(file: Hdf5, stored: Stored, rows: int, plain_size: int | None) -> Contents:
+    """Return the contents of a file; raise MisshapenError if it has others than `stored` says."""
     has_peaks = bool(file.id.links.exists(GROUP.encode()))  # `in` would follow a link
-    expected = _expected(StoredNames(schema.layout, schema.histories), with_peaks=has_peaks)
+    expected = _expected(stored, with_peaks=has_peaks)
     _check_links(file, expected)
     opened = {path: h5py.h5d.open(file.id, path.encode()) for path in expected.datasets}
     for path, dataset in opened.items():

@@ -367,7 +367,7 @@ def check_histories(batch: BatchFiles, result_schema: ResultSchema) -> Contents:
     assert batch.orbits is not None
     try:
         is_plain, cases = batch.cases is None, batch.cases or len(batch.ids)
-        with open_orbits(batch.orbits, result_schema, cases, plain=is_plain) as (_, contents):
+        with open_orbits(batch.orbits, result_schema.stored, cases, plain=is_plain) as (_, contents):
             if not np.array_equal(contents.ids[batch.first : batch.first + len(batch.ids)], id_texts(batch.ids)):
                 raise MisshapenError("its cases are not those of its summary")
             return contents
@@ -381,7 +381,7 @@ def commit(directory: Path, result_schema: ResultSchema, batch: str, rows: list[
     """Commit a batch: orbits first, then the summary, which is the commit; return the summary's name."""
     run = RunDirectory(directory)
     facts: dict[str, Any] = {"shard": None, "sha256": "", "written": time.time_ns(), "frame": result_schema.frame}
-    if datasets(result_schema):
+    if datasets(result_schema.stored):
         content = orbits_bytes(result_schema, rows)
         checksum = hashlib.sha256(content).hexdigest()
         name = file_name(batch, checksum, "h5")

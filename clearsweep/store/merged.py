@@ -283,10 +283,10 @@ def write_orbits(
     ):
         file.attrs["clearsweep"] = content_hash
         write_dataset(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
-        for item, dataset in offset_datasets(result_schema).items():
+        for item, dataset in offset_datasets(result_schema.stored).items():
             _, count = orbits.extents(item, 1, rows)
             write_dataset(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
-        all_datasets, writing = datasets(result_schema), phases.innermost_phase()
+        all_datasets, writing = datasets(result_schema.stored), phases.innermost_phase()
         for number, dataset in enumerate(all_datasets):
             first, count = orbits.extents(dataset.item, dataset.width, rows)
             values = _case_values(orbits, dataset, rows["batch"], first, count)

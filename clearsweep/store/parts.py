@@ -151,19 +151,19 @@ def damage_said(path: Path, *errors: type[Exception]) -> Iterator[None]:
     except ClearsweepError:
         raise
     except FileNotFoundError:
-        raise unfinished_error(path) from None
+        raise unfinished_error(path.parent, path.name) from None
     except (OSError, ValueError, MisshapenError, pa.ArrowException, *errors) as error:
         if isinstance(error, OSError) and error.errno:  # the system's
             raise durable.unreadable_error(path, error) from error
         raise damaged_error(path, str(error)) from error
 
 
-def unfinished_error(path: Path) -> DirectoryError:
-    """Return the error for a final file that is not there."""
+def unfinished_error(directory: Path, name: str = "") -> DirectoryError:
+    """Return the error for an unfinished run, or for the name of a final file that is not there."""
+    state = f"its run is not finished, or {name} was moved away" if name else "its run is not finished"
     return DirectoryError(
-        f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
-        f"--out {path.parent}, which computes only missing cases. To read the finished cases, use report --partial or "
-        "clearsweep.open(..., partial=True)"
+        f"{directory}: {state}; run the grid again with --out {directory}, which computes only missing cases. To read "
+        "the finished cases, use report --partial or clearsweep.open(..., partial=True)"
     )
 
 

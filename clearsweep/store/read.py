@@ -28,7 +28,7 @@ from .datasets import (
     SAMPLE,
     SECTION,
     TURNS,
-    StoredNames,
+    Stored,
     field_of,
     life_datasets,
     read_values,
@@ -76,7 +76,7 @@ class StoredRun:
     def _set_part(self) -> None:
         """Set the parts of the run: one, whose orbits.h5 has the mark of run.json."""
         files = {name: self.files_directory / name for name in (*FINAL_FILES, *ANSWER_FILES)}
-        self.parts = [Part(files, StoredNames(self.layout, self.histories), self.grid.get("merged", {}).get("mark"))]
+        self.parts = [Part(files, Stored(self.layout, self.histories), self.grid.get("merged", {}).get("mark"))]
 
     @property
     def histories(self) -> bool:
@@ -468,7 +468,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
     search = search_of(record)
     for path in (directory / name for name in names):
         if "merged" not in record:
-            raise unfinished_error(path)
+            raise unfinished_error(directory, path.name)
         if path.name in ANSWER_FILES and "answers" not in record and search and search.has_table:
             raise damaged_error(path, "run.json has no checksum of it, as an older version wrote it")
         expected = (record["merged"] | record.get("answers", {})).get(path.name)
@@ -477,7 +477,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
         try:
             actual = durable.checksum(path)
         except FileNotFoundError:
-            raise unfinished_error(path) from None
+            raise unfinished_error(directory, path.name) from None
         if actual != expected:
             raise damaged_error(path, "its checksum is not that in run.json")
 

@@ -86,7 +86,7 @@ def read_histories(
     """Return channels of committed cases (ROWS), case by case."""
     results: list[dict[str, np.ndarray]] = [{} for _ in rows]
     with OrbitFiles(run, result_schema) as orbits:
-        for dataset in datasets(result_schema):
+        for dataset in datasets(result_schema.stored):
             if dataset.path in names:
                 extents = orbits.extents(dataset.item, dataset.width, rows)
                 for channels, number, start, count in zip(results, rows["batch"].tolist(), *extents, strict=True):
@@ -171,7 +171,7 @@ def _orbits_difference(result_schema: ResultSchema, sides: Sides) -> Difference 
     (first, first_rows), (second, second_rows) = sides
     with OrbitFiles(first, result_schema) as first_orbits, OrbitFiles(second, result_schema) as second_orbits:
         located = ((first_orbits, first_rows), (second_orbits, second_rows))
-        for dataset in datasets(result_schema):
+        for dataset in datasets(result_schema.stored):
             extents = [orbits.extents(dataset.item, dataset.width, rows) for orbits, rows in located]
             for k, case_id in enumerate(first_rows["id"].tolist()):
                 values = [
