@@ -75,25 +75,23 @@ def _node_driver(token: str, content: bytes) -> _NodeDriver:
     return _node_drivers[0]
 
 
-class _OtherCommits:
-    """Commits of other drivers in a block; each summary is read once."""
+def _commits_in(node: _NodeDriver, number: int) -> Callable[[], np.ndarray]:
+    """Return what reads the identities of the cases of a block that any driver committed, ascending.
 
-    def __init__(self, node: _NodeDriver, number: int):
-        self.node = node
-        self.directory = store.RunDirectory(store.Block(node.job.directory, number).path)
-        self.directory.expect(store.ResultSchema.of(node.job.grid))
-        self.ids = np.empty(0, "u8")
-        self.read_names: set[str] = set()
+    Each summary is read once.  _StoppedError says that the run must stop.
+    """
+    directory = store.RunDirectory(store.Block(node.job.directory, number).path)
+    directory.expect(store.ResultSchema.of(node.job.grid))
+    ids_by_name: dict[str, np.ndarray] = {}
 
-    def __call__(self) -> np.ndarray:
-        """Return the identities of committed cases, ascending; raise _StoppedError if the run must stop."""
-        if stop_file(self.node.job, self.node.token).exists():
+    def read_finished_ids() -> np.ndarray:
+        if stop_file(node.job, node.token).exists():
             raise _StoppedError
-        names = self.directory.summary_names() - self.read_names
-        id_arrays = [self.directory.read_batch(name).ids for name in sorted(names)]
-        self.read_names |= names
-        self.ids = np.unique(np.concatenate([self.ids, *id_arrays]))
-        return self.ids
+        for name in directory.summary_names() - ids_by_name.keys():
+            ids_by_name[name] = directory.read_batch(name).ids
+        return np.unique(np.concatenate([np.empty(0, "u8"), *ids_by_name.values()]))
+
+    return read_finished_ids
 
 
 def help_block(token: str, content: bytes, number: int) -> NodeReport:
@@ -111,13 +109,13 @@ def run_block(
     error_text, complete = "", True
     try:
         with phases.show_progress(enabled=False):
-            other_nodes = _OtherCommits(node, number)
-            other_nodes()
+            read_finished_ids = _commits_in(node, number)
+            read_finished_ids()
             if is_helping:
-                _help(node, number, other_nodes)
+                _help(node, number, read_finished_ids)
             else:
                 runner.allowed_failures = None if most_failures is None else case_runner.failed + most_failures
-                complete = runner.run(number, other_nodes)
+                complete = runner.run(number, read_finished_ids)
     except _StoppedError:
         case_runner.close()
         runner.finishing.clear()
@@ -136,7 +134,7 @@ def run_block(
     )
 
 
-def _help(node: _NodeDriver, number: int, other_nodes: _OtherCommits) -> None:
+def _help(node: _NodeDriver, number: int, read_finished_ids: Callable[[], np.ndarray]) -> None:
     """Run uncommitted cases of a block, last cases first: its own driver begins with the first cases."""
     job, case_runner = node.job, node.case_runner
     block = store.Block(job.directory, number)
@@ -148,7 +146,7 @@ def _help(node: _NodeDriver, number: int, other_nodes: _OtherCommits) -> None:
         return
     case_runner.directory = directory
     case_runner.start_workers(len(ids))
-    case_runner.run_cases(job.grid, Pending(indices[pending], ids[pending], read_finished_ids=other_nodes))
+    case_runner.run_cases(job.grid, Pending(indices[pending], ids[pending], read_finished_ids=read_finished_ids))
 
 
 def flush(token: str) -> NodeReport:

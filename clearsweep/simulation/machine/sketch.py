@@ -89,39 +89,33 @@ def sketch(case: Case) -> Sketch | None:
     carried_points: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
     body_rims: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
     for joint in machine.joints:
-        endpoints = (joint.proximal, joint.distal)
-        guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
-        position = position_of(*joint.distal)
         if isinstance(joint, Stops):
             continue
+        endpoints, has_clearance = (joint.proximal, joint.distal), joint.name in clearance_joints
+        first, second = (position_of(*endpoint) for endpoint in endpoints)
         if isinstance(joint, Mesh):
-            rims = _rims(joint, position_of(*joint.proximal), position)
-            for endpoint, rim in zip(endpoints, rims, strict=False):
+            for endpoint, rim in zip(endpoints, _rims(joint, first, second), strict=False):
                 body_rims[endpoint.body].append(rim)
-            touching = _pitch_point(joint, position_of(*joint.proximal), position)
-            has_play = joint.name in clearance_joints
-            joints.append(SketchedJoint(joint.name, touching, None, has_play, driven=False, grounded=False))
+            touching = _pitch_point(joint, first, second)
+            joints.append(SketchedJoint(joint.name, touching, None, has_clearance, driven=False, grounded=False))
             continue
-        grounded = GROUND in (joint.proximal.body, joint.distal.body)
-        slot = None
-        if isinstance(joint, Slot):
-            direction = joint.axis + frames[joint.proximal.body][1]
-            slot = _slot_wall(position_of(*joint.proximal), direction, clearance_joints[joint.name])
+        slides = isinstance(joint, Guide | Slot)
+        direction = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide | Slot) else 0.0
         joints.append(
             SketchedJoint(
                 joint.name,
-                position,
-                guide,
-                joint.name in clearance_joints,
+                second,
+                direction if isinstance(joint, Guide) else None,
+                has_clearance,
                 joint.name == machine.driven,
-                grounded,
-                joint.proximal.body if isinstance(joint, Guide | Slot) else "",
-                joint.distal.body if isinstance(joint, Guide | Slot) else "",
-                slot,
+                GROUND in (joint.proximal.body, joint.distal.body),
+                joint.proximal.body if slides else "",
+                joint.distal.body if slides else "",
+                _slot_wall(first, direction, clearance_joints[joint.name]) if isinstance(joint, Slot) else None,
             )
         )
-        for endpoint in endpoints:
-            carried_points[endpoint.body].append(position_of(*endpoint))
+        for endpoint, position in zip(endpoints, (first, second), strict=True):
+            carried_points[endpoint.body].append(position)
     bodies = tuple(
         SketchedBody(
             name,
