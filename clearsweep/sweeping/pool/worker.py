@@ -296,11 +296,8 @@ def _solved(
     status_file, record : as `_new_status_file` yields them
     logs : receives the logs of lives, which are obsolete once their results are stored.
     """
-    stop_requests, end, budget = (
-        _stop_requests(context),
-        context.time() + context.patience,
-        CASE_SHARE * context.patience,
-    )
+    stop_requests = _stop_requests(context)
+    end, budget = context.time() + context.patience, CASE_SHARE * context.patience
     for index, (task, point, case) in enumerate(_cases(context.grid, batch)):
         if next(stop_requests) or context.time() > end:
             return
