@@ -200,7 +200,7 @@ def test_a_shard_that_is_none_is_refused_before_anything_is_written(tmp_path, te
 def test_shards_run_merge_and_report_from_the_command_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sweeping, "sweep", sweep)
-    monkeypatch.setattr(merging, "merge", merge)
+    monkeypatch.setattr(merging, "merge", functools.partial(merging.merge, simulator=Fake))
     with open("g.yaml", "w", encoding="utf-8") as file:
         YAML().dump(grid(6, wear=True), file)
     run = functools.partial(CliRunner().invoke, cli.verbs)
