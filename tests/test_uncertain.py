@@ -191,7 +191,7 @@ def test_lives_that_do_not_evolve_follow_from_the_one_block():
     for end, coefficient in (("low", 6e-14), ("high", 2e-14 / 3.0)):
         again = life_run(with_bounding_coefficients(made.case(0), HIGH if end == "low" else LOW))
         message = block(again, again.start)
-        assert message.rate[again.worn_joints[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
+        assert message.rate[again.worn_joints[0].bearing.start] == pytest.approx(coefficient * 1e6, rel=1e-12)
         length = result[f"rod_slider_life_{end}_uncertain"]
         assert length == pytest.approx(block.length(coefficient, 2e-5), rel=1e-9)
 

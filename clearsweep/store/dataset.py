@@ -324,12 +324,8 @@ class SampledRun(BlockedRun):
 
     def __init__(self, run: BlockedRun):
         """Take the run."""
+        vars(self).update(vars(run))
         self.whole = run
-        self.directory = run.directory
-        self.files_directory = run.files_directory
-        self.grid = run.grid
-        self.layout = run.layout
-        self.parts, self._marks = run.parts, run.marks()
         self._sampled = list(run.sampled_parts())
         rows = pa.concat_tables([table for _, table in self._sampled])
         self._sample = table_rows_at(rows, np.argsort(values_of(rows["case_id"].combine_chunks())))

@@ -47,34 +47,23 @@ class WornJoint(NamedTuple):
     name: str
     column: str
     bins: int  # of each body
-    first: int  # first bin of the bearing; the journal's bins follow
+    bearing: slice  # elements that are depths (m) of the bearing
+    journal: slice  # those of the journal, which follow
+    all_bins: slice  # those of both bodies
     sliding_distance: int  # m, sliding distance
-
-    @property
-    def bearing(self) -> slice:
-        """Return the elements that are depths (m) of the bearing."""
-        return slice(self.first, self.first + self.bins)
-
-    @property
-    def journal(self) -> slice:
-        """Return the elements that are depths (m) of the journal."""
-        return slice(self.first + self.bins, self.first + 2 * self.bins)
-
-    @property
-    def all_bins(self) -> slice:
-        """Return the elements that are depths (m) of both bodies."""
-        return slice(self.first, self.first + 2 * self.bins)
 
 
 def worn_joints_of(case: Case) -> tuple[WornJoint, ...]:
     """Return the joints with wear; the worn state is the bins of all, their sliding distances, then the time."""
     joints_with_wear = [(index, joint, joint.wear) for index, joint in enumerate(case.joints) if joint.wear]
     bins = [min(wear.bins, MAX_BINS) for *_, wear in joints_with_wear]
-    first_bins = [2 * sum(bins[:k]) for k in range(len(bins))]
-    return tuple(
-        WornJoint(index, joint.name, joint.column, bins[k], first_bins[k], 2 * sum(bins) + k)
-        for k, (index, joint, _) in enumerate(joints_with_wear)
-    )
+    worn_joints, first = [], 0
+    for k, (index, joint, _) in enumerate(joints_with_wear):
+        middle, end = first + bins[k], first + 2 * bins[k]
+        elements = slice(first, middle), slice(middle, end), slice(first, end)
+        worn_joints.append(WornJoint(index, joint.name, joint.column, bins[k], *elements, 2 * sum(bins) + k))
+        first = end
+    return tuple(worn_joints)
 
 
 class BlockRecord(NamedTuple):
@@ -345,7 +334,7 @@ class LifeRun:
                 touch.growth_per_depth
             )
         else:
-            slope[worn.first + int(np.argmax(state[worn.all_bins]))] = 1.0
+            slope[worn.all_bins.start + int(np.argmax(state[worn.all_bins]))] = 1.0
         return slope
 
     def shape_error(self, state: np.ndarray) -> float:
