@@ -324,9 +324,8 @@ class SampledRun(BlockedRun):
 
     def __init__(self, run: BlockedRun):
         """Take the run."""
-        vars(self).update(vars(run))
-        self.whole = run
-        self._sampled = list(run.sampled_parts())
+        self.whole, self._sampled = run, list(run.sampled_parts())
+        vars(self).update(vars(run))  # what is read once is shared
         rows = pa.concat_tables([table for _, table in self._sampled])
         self._sample = table_rows_at(rows, np.argsort(values_of(rows["case_id"].combine_chunks())))
 
