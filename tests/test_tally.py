@@ -11,6 +11,7 @@ import clearsweep
 from clearsweep.mechanics.observe import (
     BINS,
     EDGES,
+    FINE_ROWS,
     KAPPA,
     NODE_FRACTIONS,
     NODES,
@@ -24,12 +25,12 @@ from clearsweep.mechanics.observe import (
     force_quantiles,
     put_ramp,
     time_above,
+    write_fine_ramps,
 )
 from clearsweep.mechanics.solver.loop import has_finite_sums
 from clearsweep.mechanics.solver.totals import (
     BIN_COLUMNS,
     FIRST_BIN_TIME,
-    HIGHEST_BIN,
     PART_TIME_ROWS,
     PULLING_TIME,
     ContactTotals,
@@ -101,7 +102,7 @@ def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
 
 
 def test_a_sum_that_is_not_finite_is_found():
-    arrays = {name: np.zeros((1, 9, 2)) for name in ("histogram", "dry")}
+    arrays = {name: np.zeros((1, 32, 2)) for name in ("histogram", "dry")}
     arrays |= {"account": np.zeros((1, 2)), "wear": np.zeros(2), "friction": np.zeros(2)}
     numbered = {"mechanism": MechanismTotals.zeros(), "joint": ContactTotals.zeros(1)}
     totals = SimpleNamespace(**arrays, **numbered, bins=np.full((1, BIN_COLUMNS), 3))
@@ -111,7 +112,7 @@ def test_a_sum_that_is_not_finite_is_found():
         array.flat[1] = math.nan
         assert not has_finite_sums(totals)
         array.flat[1] = 0.0
-    totals.histogram[0, 4, 0] = math.nan  # above the highest bin nothing is read
+    totals.histogram[0, 16, 0] = math.nan  # far above the highest bin nothing is read
     assert has_finite_sums(totals)
 
 
@@ -121,15 +122,13 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
     profiles = np.array([np.full(PARTS + 1, 3.0), np.linspace(first, 100.0, PARTS + 1)])
     o = np.full((KAPPA + 1, NODES.max() + 1), 3.0)
     rows = {"profiles": profiles, "o": o, "mode": np.zeros(1), "film": np.array([[0.0, film]])}
-    ledger = SimpleNamespace(
-        **rows, bins=np.zeros((1, BIN_COLUMNS), int), part_times=np.zeros((1, PART_TIME_ROWS, PARTS))
-    )
-    add_force_profile(ledger, 0, 2.0)
+    ledger = SimpleNamespace(bins=np.zeros((1, BIN_COLUMNS), int), part_times=np.zeros((1, PART_TIME_ROWS, PARTS)))
+    add_force_profile(SimpleNamespace(**rows, totals=ledger), 0, 2.0)
     histogram = np.zeros((BINS, 2))
     add_ramps(histogram[np.newaxis], 0, ledger.bins[0], ledger.part_times[0, FIRST_BIN_TIME:])
     assert spent_in(histogram).sum() + ledger.part_times[0, PULLING_TIME].sum() == pytest.approx(2.0, rel=1e-12)
-    assert ledger.bins[0, HIGHEST_BIN] == force_bin(100.0)
-    assert not histogram[ledger.bins[0, HIGHEST_BIN] + 1 :].any()
+    assert ledger.bins[0, : PARTS + 1].max() == force_bin(100.0)
+    assert not histogram[force_bin(100.0) + 1 :].any()
     for share in (0.9, 0.5, 0.1):
         exceeded = force_quantile(histogram, 2.0 * (1.0 - pulling) * share)
         assert exceeded == pytest.approx(100.0 * (1.0 - share), rel=1e-6)
@@ -142,9 +141,11 @@ def test_a_part_of_a_long_step_is_not_taken_for_a_ramp():
     o[0, NODES], o[1, NODES] = 1.0 + x, 1001.0 - 1600.0 * (x - 0.375) ** 2
     histogram, shares = np.zeros((1, BINS, 2)), TO_PART_MEANS.T @ o[0, NODES]
     assert shares == pytest.approx(1.0 + (np.arange(PARTS) + 0.5) / PARTS)
-    rows = np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)
-    highest = [add_fine_part(histogram, 0, o, (0, 1), part, 2.0 / shares.sum(), rows) for part in range(PARTS)]
-    assert max(highest) == force_bin(1001.0)
+    sums, bins = np.zeros((FINE_ROWS + 2, 2, PARTS)), np.zeros((FINE_ROWS + 1, PARTS), int)
+    write_fine_ramps(o, (0, 1), 2.0 / shares.sum(), sums, bins)
+    for part in range(PARTS):
+        add_fine_part(histogram, 0, part, sums, bins)
+    assert bins[FINE_ROWS].max() == force_bin(1001.0)
     for force in (600.0, 900.0, 990.0):
         half = math.sqrt((1001.0 - force) / 1600.0)
         begin, end = max(0.375 - half, 0.0), min(0.375 + half, 1.0)

@@ -136,6 +136,7 @@ EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64) 
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # parts of a step for the histogram and for wear
 FINE_PARTS = 16  # of a part of a step with forces near the quantile that is wanted
+FINE_ROWS = FINE_PARTS + 2  # ends of the fine parts of both halves of a part
 #: Of the window's time: forces exceeded for at most the first and at least the second are distributed by fine parts.
 FINE_SHARES = 0.02, 0.005
 QUARTER_POINTS = 3  # quarter points of a step at which positions are evaluated
@@ -158,9 +159,11 @@ def lagrange(nodes, points):
 TO_PART_ENDS = np.ascontiguousarray(lagrange(NODE_FRACTIONS, np.arange(1, PARTS + 1) / PARTS).T)
 
 
-#: (nodes, PARTS FINE_PARTS + 1): the same to the ends of the fine parts, the start of the step included.
+#: (FINE_PARTS + 1, nodes, PARTS): the same to the ends of the fine parts of all parts.
 TO_FINE_ENDS = np.ascontiguousarray(
-    lagrange(NODE_FRACTIONS, np.arange(PARTS * FINE_PARTS + 1) / (PARTS * FINE_PARTS)).T
+    lagrange(NODE_FRACTIONS, np.arange(PARTS * FINE_PARTS + 1) / (PARTS * FINE_PARTS))
+    .T[:, np.arange(FINE_PARTS + 1)[:, np.newaxis] + FINE_PARTS * np.arange(PARTS)]
+    .swapaxes(0, 1)
 )
 
 
@@ -247,27 +250,49 @@ def add_ramps(histogram, j, bins, ramps):
 
 
 @kernel
-def add_fine_part(histogram, j, o, columns, part, scale, rows):
-    """Add a part of a step to histogram `j` by FINE_PARTS ramps; return the highest bin.
+def write_fine_ramps(o, columns, scale, sums, bins):
+    """Write the Ramps of FINE_PARTS fine parts of each part of a step, added where two of a half meet; lanes are parts.
 
     The steps of a method of high order are so long that a part of them is far from a ramp.
 
-    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1; rows : workspace, ramps
-    (3, PARTS) and bins (PARTS + 1,) int64
+    columns : of dt/dtau and of the force (N) in `o`; scale : s, of a part for dt/dtau = 1; sums, bins : as for
+    `add_fine_part`; the last rows of both are workspace
     """
-    (ramps, bins), scale_of_ramp, highest = rows, scale * (0.5 / FINE_PARTS), 0
-    for batch in rolled_range(FINE_PARTS // PARTS):
+    last_ends, last_ramp, half = sums[FINE_ROWS], sums[FINE_ROWS + 1], FINE_PARTS // 2
+    for i in lane_range(PARTS):
+        for column in range(2):
+            last_ends[column, i] = max(value_at(o, columns[column], TO_FINE_ENDS[0], i), 0.0)
+        bins[FINE_ROWS, i] = 0
+    for end in rolled_range(0, FINE_PARTS, half):
+        row = end + end // half
         for i in lane_range(PARTS):
-            first = part * FINE_PARTS + batch * PARTS + i  # both ends anew: values in memory would have to be awaited
-            (kappa, next_kappa), forces = (
-                tuple(max(value_at(o, column, TO_FINE_ENDS, end), 0.0) for end in (first, first + 1))
-                for column in columns
-            )
-            put_ramp(ramps, bins, i, forces, (kappa + next_kappa) * scale_of_ramp)
-        add_ramps(histogram, j, bins, ramps)
-        for i in range(PARTS + 1):
-            highest = max(highest, bins[i])
-    return highest
+            last_ramp[0, i] = last_ramp[1, i] = 0.0
+        for k in rolled_range(half):
+            for i in lane_range(PARTS):
+                kappa, force = (max(value_at(o, column, TO_FINE_ENDS[end + k + 1], i), 0.0) for column in columns)
+                forces, duration = (last_ends[1, i], force), (last_ends[0, i] + kappa) * (scale * (0.5 / FINE_PARTS))
+                last_ends[0, i], last_ends[1, i] = kappa, force
+                bins_of_ends = force_bin(forces[0]), force_bin(force)
+                bins[row + k, i], bins[row + k + 1, i] = bins_of_ends
+                bins[FINE_ROWS, i] = max(bins[FINE_ROWS, i], *bins_of_ends)
+                ramp = ramp_of(forces, bins_of_ends, duration)
+                sums[row + k, 0, i] = last_ramp[0, i] + ramp.first_bin_time
+                sums[row + k, 1, i] = ramp.density - last_ramp[1, i]
+                last_ramp[0, i], last_ramp[1, i] = ramp.last_bin_time, ramp.density
+        for i in lane_range(PARTS):
+            sums[row + half, 0, i], sums[row + half, 1, i] = last_ramp[0, i], 0.0 - last_ramp[1, i]
+
+
+@inlined
+def add_fine_part(histogram, j, part, sums, bins):
+    """Add a part of a step to histogram `j` by its fine parts, as `write_fine_ramps` wrote them.
+
+    sums, bins : (FINE_ROWS + 2, 2, PARTS) and (FINE_ROWS + 1, PARTS) int64; for each end of a fine part the sums of
+    times (s) and densities (s/N), and the bin
+    """
+    for row in range(FINE_ROWS):
+        histogram[j, bins[row, part], 0] += sums[row, 0, part]
+        histogram[j, bins[row, part], 1] += sums[row, 1, part]
 
 
 @kernel

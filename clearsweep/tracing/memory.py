@@ -251,7 +251,7 @@ def constant_table(array: np.ndarray) -> View:
         name = f"table.{len(active_trace.tables)}"
         table = ir.GlobalVariable(active_trace.module, kind, name)
         table.initializer = ir.Constant(kind, [item(x) for x in flat.tolist()])
-        table.global_constant, table.linkage = True, "internal"
+        table.global_constant, table.linkage, table.align = True, "internal", 64  # the lanes of a row in one cache line
         active_trace.tables[id(array)] = table
         active_trace.kept_alive.append(array)
     item = DOUBLE if array.dtype.kind == "f" else INT64

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from ...contracts.catalogue import Field
 from ...language import np, quantity
 from ...language.errors import InputError, did_you_mean, quoted
-from ..written import MistakeError, Problems, WrittenValue
+from ..written import Problems, WrittenValue
 from . import (
     NAME_SCHEMAS,
     CountKey,
@@ -170,37 +170,39 @@ def forms_text() -> str:
 
 def _read_ends(
     problems: Problems, key_path: str, name: str, written: WrittenValue, reading: ValueReader
-) -> tuple[Parameters, ParameterTexts]:
-    """Return the two ends of a distribution and their texts."""
+) -> tuple[Parameters, ParameterTexts] | None:
+    """Return the two ends of a distribution and their texts, or None if they are invalid."""
     bounds = written.value
     if not isinstance(bounds, list) or len(bounds) != len(_ENDS):
-        message = f"{name}: found {quoted(bounds)}; expected {DISTRIBUTIONS[name].form}"
-        raise MistakeError(written, key_path, message)
+        problems.add(written, key_path, f"{name}: found {quoted(bounds)}; expected {DISTRIBUTIONS[name].form}")
+        return None
     low, high = (reading.value(item) for item in bounds)
     if report_mixed_units(problems, key_path, bounds, reading.unit) or low is None or high is None:
-        raise MistakeError(written, key_path)
+        return None
     texts = (quantity.written_text(item.value, reading.unit) for item in bounds)
     return {"low": low, "high": high}, dict(zip(_ENDS, texts, strict=True))
 
 
 def _read_moments(
     problems: Problems, key_path: str, name: str, written: WrittenValue, reading: ValueReader
-) -> tuple[Parameters, ParameterTexts]:
-    """Return mean, standard deviation and bounds of a distribution, and their texts."""
+) -> tuple[Parameters, ParameterTexts] | None:
+    """Return mean, standard deviation and bounds of a distribution, and their texts, or None if they are invalid."""
     law, moments = DISTRIBUTIONS[name], written.value
     if not isinstance(moments, dict):
-        raise MistakeError(written, key_path, f"{name}: found {quoted(moments)}; expected {law.form}")
+        problems.add(written, key_path, f"{name}: found {quoted(moments)}; expected {law.form}")
+        return None
     report_unknown_keys(problems, f"{key_path}.{name}", written, law.keys)
     if ("std" in moments) == ("cv" in moments) or "mean" not in moments:
-        raise MistakeError(written, key_path, f"{name}: expected mean and either std or cv: {law.form}")
+        problems.add(written, key_path, f"{name}: expected mean and either std or cv: {law.form}")
+        return None
     quantities = [item for key, item in moments.items() if key != "cv"]
     if report_mixed_units(problems, f"{key_path}.{name}", quantities, reading.unit):
-        raise MistakeError(written, key_path)
+        return None
     units = {key: "1" if key == "cv" else reading.unit for key in law.keys[1:] if key in moments}
     values = {"mean": reading.value(moments["mean"])}
     values |= {key: read_quantity(problems, key_path, moments[key], unit) for key, unit in units.items()}
     if None in values.values():
-        raise MistakeError(written, key_path)
+        return None
     cv = values.pop("cv", None)
     std = values.pop("std") if cv is None else cv * abs(values["mean"])
     parameters = {"mean": values.pop("mean"), "std": std, **values}
@@ -209,22 +211,24 @@ def _read_moments(
     }
 
 
-def read_distribution(problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader) -> Distribution:
-    """Return the distribution at the key at `key_path`; MistakeError if it is invalid."""
+def read_distribution(
+    problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader
+) -> Distribution | None:
+    """Return the distribution at the key at `key_path`, or None if it is invalid."""
     if not isinstance(written.value, dict) or len(written.value) != 1:
-        raise MistakeError(written, key_path, f"found {quoted(written.value)}; expected one of {forms_text()}")
+        problems.add(written, key_path, f"found {quoted(written.value)}; expected one of {forms_text()}")
+        return None
     ((name, written_parameters),) = written.value.items()
     if name not in DISTRIBUTIONS:
         message = f"unknown distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)} (known: {forms_text()})"
-        raise MistakeError(written.key_position(name), key_path, message)
+        problems.add(written.key_position(name), key_path, message)
+        return None
     read = _read_moments if "mean" in DISTRIBUTIONS[name].keys else _read_ends
     problems_before = len(problems)
-    parameters, texts = read(problems, key_path, name, written_parameters, reading)
-    for message in DISTRIBUTIONS[name].mistakes(parameters, texts):
+    content = read(problems, key_path, name, written_parameters, reading)
+    for message in DISTRIBUTIONS[name].mistakes(*content) if content else ():
         problems.add(written_parameters, key_path, f"{name}: {message}")
-    if len(problems) > problems_before:
-        raise MistakeError(written, key_path)
-    return Distribution(name, parameters)
+    return Distribution(name, content[0]) if content and len(problems) == problems_before else None
 
 
 def distribution_of(written: Mapping[str, Any]) -> Distribution:
@@ -236,9 +240,14 @@ def distribution_of(written: Mapping[str, Any]) -> Distribution:
 
 
 def draw_values(
-    key_path: str, written: WrittenValue, distribution: Distribution, points: "np.ndarray", fields: tuple[Field, ...]
-) -> list[float]:
-    """Return the values of a variable at `points` (rows,); MistakeError if some are out of the range of `fields`."""
+    problems: Problems,
+    key_path: str,
+    written: WrittenValue,
+    distribution: Distribution,
+    points: "np.ndarray",
+    fields: tuple[Field, ...],
+) -> list[float] | None:
+    """Return the values of a variable at `points` (rows,), or None if some are out of the range of `fields`."""
     values = distribution.values(points)
     extremes = (
         *distribution.values(np.array([_TAIL_PROBABILITY, 1.0 - _TAIL_PROBABILITY])),
@@ -252,7 +261,8 @@ def draw_values(
                 f"{distribution.name}: {out_of_range[0]:.6g} is among its values, out of range; allowed: "
                 f"{field.allowed(out_of_range[0])}; write low and high within that, or a distribution that stays there"
             )
-            raise MistakeError(written, key_path, message)
+            problems.add(written, key_path, message)
+            return None
     return [float(value) for value in values]
 
 
@@ -271,20 +281,19 @@ SPACING_FORMS = {
 
 def read_axis(
     problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader, *, distinct: bool = True
-) -> list[Any]:
-    """Return the values of the axis at the key at `key_path`; MistakeError if it is invalid.
+) -> list[Any] | None:
+    """Return the values of the axis at the key at `key_path`, or None if it is invalid.
 
     Values must be distinct unless they vary together with those of other axes.
     """
     if isinstance(written.value, list):
         if not written.value:
-            message = "the list is empty; write at least one value, or leave the path out"
-            raise MistakeError(written, key_path, message)
+            problems.add(written, key_path, "the list is empty; write at least one value, or leave the path out")
         if report_mixed_units(problems, key_path, written.value, reading.unit):
-            raise MistakeError(written, key_path)
-        if distinct:
-            return _distinct_values(problems, key_path, written, reading)
-        return _known([reading.value(item) for item in written.value], written, key_path)
+            return None
+        return (
+            _distinct_values(problems, key_path, written, reading) if distinct else _repeatable_values(written, reading)
+        )
     if (
         reading.unit
         and isinstance(written.value, dict)
@@ -298,24 +307,27 @@ def read_axis(
         "its place"
     )
     message = f"found {quoted(written.value)}; expected a list such as [a, b]{spacing_text if reading.unit else ''}"
-    raise MistakeError(written, key_path, message)
+    problems.add(written, key_path, message)
+    return None
 
 
-def _known(values: list[Any], written: WrittenValue, key_path: str) -> list[Any]:
-    """Return values none of which is None; MistakeError if one was wrong, which is reported."""
-    if None in values:
-        raise MistakeError(written, key_path)
-    return values
+def _repeatable_values(written: WrittenValue, reading: ValueReader) -> list[Any] | None:
+    """Return the values of a list, which may repeat."""
+    values = [reading.value(item) for item in written.value]
+    return None if not values or None in values else values
 
 
-def _distinct_values(problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader) -> list[Any]:
+def _distinct_values(
+    problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader
+) -> list[Any] | None:
     """Return the values of a list, which must all differ."""
     if written.line and len(written.value) > _MAX_LISTED_VALUES:
         message = (
             f"found a list of {len(written.value)} values; at most {_MAX_LISTED_VALUES} can be written out: "
             "use {linspace: [first, last, count]} or {geomspace: [first, last, count]}"
         )
-        raise MistakeError(written, key_path, message)
+        problems.add(written, key_path, message)
+        return None
     first_items: dict[Any, WrittenValue] = {}
     for item in written.value:
         value = reading.value(item)
@@ -328,12 +340,12 @@ def _distinct_values(problems: Problems, key_path: str, written: WrittenValue, r
             problems.add(item, key_path, message)
         elif value is not None:
             first_items[value] = item
-    return _known([*first_items, *[None] * (len(written.value) - len(first_items))], written, key_path)
+    return list(first_items) if len(first_items) == len(written.value) else None
 
 
 def _spaced_values(
     problems: Problems, key_path: str, spacing: str, parameters: WrittenValue, reading: ValueReader
-) -> list[Any]:
+) -> list[Any] | None:
     """Return evenly spaced values."""
     items = parameters.value if isinstance(parameters.value, list) else []
     try:
@@ -347,14 +359,16 @@ def _spaced_values(
         elif report_mixed_units(problems, key_path, items[:2], reading.unit) or None in [
             reading.value(item) for item in items[:2]
         ]:
-            raise MistakeError(parameters, key_path)
+            return None
         else:
             values = _values_between(spacing, items, int(count), reading.unit)
         if len(set(values)) < len(values):
             raise InputError(f"{len(values)} values from {values[0]!r} to {values[-1]!r} (SI) are not all different")
     except InputError as error:
-        raise MistakeError(parameters, key_path, f"{spacing}: {error}") from None
-    return _known([reading.value(parameters.with_value(value)) for value in values], parameters, key_path)
+        problems.add(parameters, key_path, f"{spacing}: {error}")
+        return None
+    checked = [reading.value(parameters.with_value(value)) for value in values]
+    return None if None in checked else checked
 
 
 def _values_between(spacing: str, items: list[WrittenValue], count: int, unit: str) -> list[float]:
@@ -467,10 +481,7 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
 def _design_points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":
     """Return the points of a design, (rows, variables) in (0, 1)."""
     if method == "one-at-a-time":
-        rows = np.full((1 + 3 * variables, variables), 0.5)  # the middle, then for each variable alone its quantiles
-        for k in range(variables):
-            rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _DISTURBANCE
-        return rows
+        return _one_at_a_time_points(variables)
     generator = np.random.default_rng(seed)
     if method == "random":
         points = generator.random((n, variables))
@@ -491,3 +502,11 @@ def _saltelli_points(points: "np.ndarray", variables: int) -> "np.ndarray":
         matrices_ab.append(matrix_a.copy())
         matrices_ab[-1][:, k] = matrix_b[:, k]
     return np.vstack([matrix_a, matrix_b, *matrices_ab])
+
+
+def _one_at_a_time_points(variables: int) -> "np.ndarray":
+    """Return the middle, then for each variable alone its 5 % quantile, its 95 % quantile and a disturbed middle."""
+    rows = np.full((1 + 3 * variables, variables), 0.5)
+    for k in range(variables):
+        rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _DISTURBANCE
+    return rows

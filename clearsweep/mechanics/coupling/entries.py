@@ -1,6 +1,6 @@
 """The compiled functions of a scene that the loop calls by address: sweeps, observables, guards and wear."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -227,7 +227,7 @@ class Guards(NamedTuple):
     ends_run: np.ndarray
     column: np.ndarray  # (g,) int64, column of the observable used as guard; -1 if the law evaluates the guard
     sign: np.ndarray  # (g,) factor on that observable, 1 or -1
-    value: np.ndarray  # (g, SINGLE_STATE + 1) guards at the nodes of the current step; last at any other state
+    value: Annotated[np.ndarray, SINGLE_STATE + 1]  # (g,) guards at the nodes of the current step; last at any state
     event: np.ndarray  # (2,) int64, arguments of `latch`: the contact, and ENTERED, LEFT or the guard's number
 
 

@@ -1,15 +1,15 @@
 """The arrays, settings, statuses and kinds of events of an integration, and the evaluation of its right-hand side."""
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import numpy as np
 
-from ...tracing.compiled.family import Entry, inlined, invoke, kernel
+from ...tracing.compiled.family import Entry, invoke, kernel
 from ...tracing.memory import Fields
-from ..observe import SCRATCH
-from .collocation import dense_state
-from .totals import Accumulators, ContactStep, Step, TrialStep
+from ..observe import PARTS, ROW_COUNT, SCRATCH, STAGES
+from .collocation import COEFFICIENTS, ROWS, dense_state
+from .totals import ContactStep, Step
 
 # Kinds of events; LIMIT: a penetration passes the limit of its elastic law, without effect; GUARD and above: the guards
 # of joints
@@ -142,19 +142,20 @@ class Preconditioner(NamedTuple):
     base: np.ndarray  # (u,) rates without change
     linear: np.ndarray  # (u, u) step length times derivatives of the rates by the unknowns
     quadratic: np.ndarray  # (u, u) its square times derivatives through coordinates and roots
-    factors_real: np.ndarray  # (u, u, STAGES) factors of the matrix of each eigenvalue
-    factors_imaginary: np.ndarray  # (u, u, STAGES)
-    real: np.ndarray  # (u, STAGES) components of the changes along the eigenvectors
-    imaginary: np.ndarray  # (u, STAGES)
-    before: np.ndarray  # (u, STAGES) unknowns before a sweep
-    product_real: np.ndarray  # (STAGES,) components of a row of the derivatives times the changes
-    product_imaginary: np.ndarray  # (STAGES,)
+    factors_real: Annotated[np.ndarray, STAGES]  # (u, u) factors of the matrix of each eigenvalue
+    factors_imaginary: Annotated[np.ndarray, STAGES]  # (u, u)
+    real: Annotated[np.ndarray, STAGES]  # (u,) components of the changes along the eigenvectors
+    imaginary: Annotated[np.ndarray, STAGES]  # (u,)
+    before: Annotated[np.ndarray, STAGES]  # (u,) unknowns before a sweep
+    product_real: Annotated[np.ndarray, STAGES]  # (STAGES,) components of a row of the derivatives times the changes
+    product_imaginary: Annotated[np.ndarray, STAGES]  # (STAGES,)
 
 
 class Work(NamedTuple):
     """The arrays and constants of an integration: n numbers in the state, m of them of laws, l latched; c contacts.
 
-    Functions get it as a `pointer`: passing its arrays by value would cost more than the functions themselves.
+    Functions get it as a `pointer`: passing its arrays by value would cost more than the functions themselves.  An
+    annotation has the last lengths of an array, which are the same in all runs, its comment those before them.
     """
 
     rates: Entry  # the right-hand side
@@ -173,22 +174,22 @@ class Work(NamedTuple):
     y: np.ndarray  # (n,) state at the start of the step
     end: np.ndarray  # (n,) state at its end
     z: np.ndarray  # (n,) state of a stage or on the dense output
-    k: np.ndarray  # (n, ROW_COUNT) rates
-    o: np.ndarray  # (columns, ROW_COUNT) observables
-    nodes: np.ndarray  # (n + 1, STAGES) states at the stages; last row: change of each in the latest sweep
+    k: Annotated[np.ndarray, ROW_COUNT]  # (n,) rates
+    o: Annotated[np.ndarray, ROW_COUNT]  # (columns,) observables
+    nodes: Annotated[np.ndarray, STAGES]  # (n + 1,) states at the stages; last row: change of each in the latest sweep
     weight: np.ndarray  # (n,) 1 / allowed error
     mode: np.ndarray  # (c,) int64, modes.FREE, PRESSED or another of the joint's modes
     latched: np.ndarray  # (c + l,) values set at events only: closing rate (m/s) of each onset, floored; of laws
     step: Step
     contact_steps: ContactStep  # (c,)
-    profiles: np.ndarray  # (1 + c, PARTS + 1) dt/dtau and every contact's force (N) at equidistant places of the step
+    profiles: Annotated[np.ndarray, PARTS + 1]  # (1 + c,) dt/dtau and every contact's force (N) at equidistant places
     clearance: np.ndarray  # (c,) m
     has_friction: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     has_histogram: np.ndarray  # (c,) int64, whether its force has a histogram: 1, else 0
-    film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
+    film: Annotated[np.ndarray, 2]  # (c,) m, depth beyond which a film takes load, and limit of its formula; inf: never
     stepper: Stepper
-    f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
-    polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the current event function, see `collocation`
+    f: Annotated[np.ndarray, STAGES]  # (n,) the interpolant, see `collocation.dense_component`
+    polynomials: Annotated[np.ndarray, ROWS, COEFFICIENTS]  # of the current event function, see `collocation`
     apart: np.ndarray  # (c,) int64, mode after a separation
     pressed: np.ndarray  # (c,) int64, mode after an onset
     journal_sides: np.ndarray  # (c,) Joint.side: +1: the journal is on the distal body, -1: on the proximal one
@@ -201,7 +202,7 @@ class Work(NamedTuple):
     proposals: np.ndarray  # (2^(1+b),) step length by `step_control.contact_pattern`, 0: none; b: c + 3 bits at most
     onset_rates: np.ndarray  # (2^(1+b),) m/s, largest onset rate of these contacts
     control: ControlNumbers
-    log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see step.Event
+    log: Annotated[np.ndarray, 5]  # (LOG_ROWS,) events since the latest pause, see step.Event
     guards: tuple  # coupling.entries.Guards
     implicit: Implicit
     preconditioner: Preconditioner
@@ -210,36 +211,6 @@ class Work(NamedTuple):
     revolutions: tuple  # slow_sums.RevolutionMarks
     recording: np.ndarray  # (steps, slow_sums.SIGNALS + s, NODES) signals of steps in the window; no steps: none
     signals: int  # the first of the s columns with signals in `o`
-
-
-@inlined
-def trial_of(pointer):
-    """Return the TrialStep of a case."""
-    work = pointer[0]
-    return TrialStep(work.y, work.mode, work.k, work.o, work.end, work.step, work.contact_steps, work.profiles)
-
-
-@inlined
-def accumulators_of(pointer):
-    """Return the Accumulators of a case."""
-    work, totals, revolutions = pointer[0], pointer[0].totals, pointer[0].revolutions
-    arrays = (
-        work.y,
-        work.mode,
-        work.k,
-        work.o,
-        work.end,
-        work.step,
-        work.contact_steps,
-        work.profiles,
-        work.stepper,
-        work.clearance,
-        work.film,
-        work.has_friction,
-        work.has_histogram,
-    )
-    peaks = revolutions.step_peak, revolutions.peak_since_mark
-    return Accumulators(*arrays, totals.mechanism, totals.joint, totals.bins, totals.part_times, *peaks)
 
 
 @kernel

@@ -25,6 +25,7 @@ import math
 import numpy as np
 
 from ...tracing import objects
+from ...tracing.compiled.choosing import rolled_range, total_of
 from ...tracing.compiled.family import is_plain, kernel
 from ...tracing.compiled.pinned import Pinned, layout_of, pinned_at
 from ..observe import END, KAPPA, KINETIC, START
@@ -42,7 +43,6 @@ from .integration import (
     SUMS_NOT_FINITE,
     TIME_LIMIT,
     TURNS_STIFF,
-    accumulators_of,
 )
 from .radau import FAILED
 from .slow_sums import add_slow_sums, begin_window, record_start, write_sample
@@ -82,7 +82,7 @@ def advance_start(pointer):
 def accept_step(pointer):
     """Add an accepted step to the sums."""
     pointer[0].step.accepted = 1.0
-    accumulate_step(accumulators_of(pointer), pointer[0].time)
+    accumulate_step(pointer[0])
 
 
 @kernel
@@ -236,8 +236,11 @@ def has_finite_sums(totals):
         for column in range(totals.account.shape[1]):
             is_finite = is_finite and abs(totals.account[j, column]) < math.inf
         for histogram in (totals.histogram, totals.dry):
-            for index in range(totals.bins[j, HIGHEST_BIN] + 1 if j < histogram.shape[0] else 0):
-                is_finite = is_finite and abs(histogram[j, index, 0]) + abs(histogram[j, index, 1]) < math.inf
+            if j < histogram.shape[0]:
+                rows = histogram[j].reshape(histogram.shape[1] // 16, 4, 8)  # whole registers at once
+                for row in rolled_range(totals.bins[j, HIGHEST_BIN] // 16 + 1):
+                    numbers = [total_of(rows[row, k]) for k in range(4)]
+                    is_finite = is_finite and abs((numbers[0] + numbers[1]) + (numbers[2] + numbers[3])) < math.inf
     for sums in (totals.wear, totals.friction):
         for index in range(sums.size):
             is_finite = is_finite and abs(sums[index]) < math.inf
@@ -296,7 +299,7 @@ def take_or_reject_step(pointer):
     work = pointer[0]
     step = work.step
     take_step(pointer)
-    assess_step(accumulators_of(pointer), work.method.current)
+    assess_step(work)
     h = step.length
     if not step.error < 1.0:
         return reject_step(pointer)

@@ -19,6 +19,7 @@ from ..observe import (
     END,
     ERROR,
     FILM_POWER,
+    FINE_ROWS,
     FINE_SHARES,
     FORCE_ROW,
     FRICTION_POWER,
@@ -52,6 +53,7 @@ from ..observe import (
     fraction_above,
     put_friction_power,
     put_load,
+    write_fine_ramps,
     write_row,
 )
 from .collocation import WEIGHTS, dense_component, dense_state
@@ -61,8 +63,6 @@ from .totals import (
     BINNED_STEPS,
     CONTACT_FIGURES,
     FINE_BIN,
-    FINE_BINS,
-    FINE_TIMES,
     FIRST_BIN_TIME,
     FIRST_FIGURE,
     HIGHEST_BIN,
@@ -338,15 +338,17 @@ def add_force_times(pointer, j):
     lowest, highest = bins[j, 0], bins[j, 0]
     for i in range(1, PARTS + 1):
         lowest, highest = min(lowest, bins[j, i]), max(highest, bins[j, i])
+    bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
     if highest >= bins[j, FINE_BIN] and lowest <= bins[j, LAST_FINE_BIN] and highest > lowest + 1:
+        fine_sums, fine_bins = totals.fine_sums, totals.fine_bins
+        write_fine_ramps(work.o, (KAPPA, column_of(j, NORMAL)), scale, fine_sums, fine_bins)
         for i in rolled_range(PARTS):
             lower, higher = min(bins[j, i], bins[j, i + 1]), max(bins[j, i], bins[j, i + 1])
             pulls = has_film and force[i] * force[i + 1] < 0.0  # for a part of the time
             if higher >= bins[j, FINE_BIN] and lower <= bins[j, LAST_FINE_BIN] and not pulls:
-                rows = part_times[j, FINE_TIMES:], bins[j, FINE_BINS:]
-                highest = add_fine_part(totals.histogram, j, work.o, (KAPPA, column_of(j, NORMAL)), i, scale, rows)
-                bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
+                add_fine_part(totals.histogram, j, i, fine_sums, fine_bins)
                 ramps[0, i], ramps[1, i], ramps[2, i] = 0.0, 0.0, 0.0
+            bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], fine_bins[FINE_ROWS, i])
     add_ramps(totals.histogram, j, bins[j], ramps)
     if has_film:
         totals.histogram[j, 0, 0] += total_of(part_times[j, PULLING_TIME])
@@ -377,7 +379,7 @@ def add_contact_profile(pointer, j, duration):
                 work.o, film_column(work.mode.size, j, DRY_FORCE), step_values, FORCE_ROW
             )  # the film itself causes no wear
         if is_dry:
-            rows = totals.part_times[j, FINE_TIMES:], totals.bins[j, FINE_BINS:]
+            rows = totals.part_times[j, FIRST_BIN_TIME:], totals.bins[j]  # those of the force are in its histogram
             add_profile(totals.dry, j, step_values, duration, rows)
         if has_wear:
             write_row(work.o, film_column(work.mode.size, j, DRY_FRICTION_POWER), step_values, FRICTION_POWER_ROW)

@@ -32,7 +32,6 @@ from .integration import (
     SEPARATION,
     STOP,
     evaluate,
-    trial_of,
 )
 from .preconditioner import (
     FAST_CONTRACTION,
@@ -209,10 +208,10 @@ def sum_step(pointer):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
     if pointer[0].method.current == IMPLICIT:
         observe_implicit_stages(pointer)
-        write_sums(trial_of(pointer), STAGE_WEIGHTS)
+        write_sums(pointer[0], STAGE_WEIGHTS)
     else:
         observe_stages(pointer)
-        write_sums(trial_of(pointer), WEIGHTS)
+        write_sums(pointer[0], WEIGHTS)
 
 
 @kernel

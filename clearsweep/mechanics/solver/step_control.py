@@ -311,16 +311,16 @@ def onset_rate_of(pointer):
 
 
 @inlined
-def assess_step(accumulators, method):
+def assess_step(work):
     """Set the error of the trial step and, if it is accurate, the length that it proposes for the next step."""
-    step, stepper = accumulators.step, accumulators.stepper
-    h, error = step.length, max(step.error, twelfth_power(travel_ratio(accumulators)))  # the twelfth root is taken
+    step, stepper = work.step, work.stepper
+    h, error = step.length, max(step.error, twelfth_power(travel_ratio(work)))  # the twelfth root is taken
     step.error, step.accepted, step.stiff = error, 0.0, 0.0
     if not error < 1.0:
         return
     length_ratio = min(stepper.growth, growth_factor(error, stepper.expected_error))
     stepper.expected_error = error * twelfth_power(length_ratio)
-    if method != IMPLICIT and (step.contraction > STIFF_CONTRACTION or step.preconditioned != 0.0):
+    if work.method.current != IMPLICIT and (step.contraction > STIFF_CONTRACTION or step.preconditioned != 0.0):
         best_contraction = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
         contraction = max(step.contraction, STIFF_CONTRACTION)
         step.stiff, length_ratio = 1.0, min(length_ratio, math.sqrt(best_contraction / contraction))
@@ -328,13 +328,13 @@ def assess_step(accumulators, method):
 
 
 @inlined
-def travel_ratio(accumulators):
+def travel_ratio(work):
     """Return the travel of journals in free flight over the step, divided by the allowed travel."""
-    step, mode = accumulators.step, accumulators.mode
+    step, mode = work.step, work.mode
     farthest = 0.0
     for j in range(mode.size):
         if meets(mode[j]):
-            ratio = step.length * accumulators.contact_steps[j].fastest / (MAX_TRAVEL * accumulators.clearance[j])
+            ratio = step.length * work.contact_steps[j].fastest / (MAX_TRAVEL * work.clearance[j])
             farthest = max(farthest, ratio)
     return farthest
 

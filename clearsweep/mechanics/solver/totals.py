@@ -1,7 +1,7 @@
 """Sums, counts and maxima of the motion, computed from the steps, never from samples."""
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ...tracing.memory import Fields
 from ..laws.contract import REPORTING, acts, meets, touches
 from ..observe import (
     ACCELERATION,
+    BINS,
     CONTACT_WIDTH,
     CONTACTS,
     DEPTH,
@@ -18,6 +19,7 @@ from ..observe import (
     END,
     ERROR,
     ERROR_RATE,
+    FINE_ROWS,
     GRAVITY,
     KAPPA,
     KINETIC,
@@ -30,6 +32,8 @@ from ..observe import (
     SLIP,
     STAGES,
     START,
+    STATE_POINTS,
+    STEP_VALUE_ROWS,
     STORED,
     TANGENTIAL,
     TO_PART_ENDS,
@@ -86,23 +90,10 @@ class ContactStep(Fields):
 NO_PEAK = -math.inf  # the highest value of an observable without maximum between the ends of the step
 
 
-class TrialStep(NamedTuple):
-    """Inputs and results of a trial step, see `integration.Work`."""
-
-    y: tuple
-    mode: tuple
-    k: tuple
-    o: tuple
-    end: tuple
-    step: tuple
-    contact_steps: tuple
-    profiles: tuple
-
-
 @inlined
-def sum_stages(trial, weights):
+def sum_stages(work, weights):
     """Write the sums of powers and squares over the stages, with `weights`, for acting contacts."""
-    o, step = trial.o, trial.step
+    o, step = work.o, work.step
     drive = gravity = square = 0.0
     for row in range(weights.size):
         if weights[row] != 0.0:
@@ -110,15 +101,15 @@ def sum_stages(trial, weights):
             drive, gravity = drive + weight * o[DRIVE, row], gravity + weight * o[GRAVITY, row]
             square = square + weight * (o[ACCELERATION, row] * o[ACCELERATION, row])
     step.sum_drive, step.sum_gravity, step.sum_acceleration = drive, gravity, square
-    for c in range(trial.mode.size):
-        if trial.mode[c] == REPORTING:
-            reported = trial.contact_steps[c]
+    for c in range(work.mode.size):
+        if work.mode[c] == REPORTING:
+            reported = work.contact_steps[c]
             reported.sum_force = stage_integral(o, column_of(c, NORMAL), weights)
             reported.sum_stored = stage_integral(o, column_of(c, STORED), weights)
             reported.sum_lost = stage_integral(o, column_of(c, LOST), weights)
-        if not acts(trial.mode[c]):
+        if not acts(work.mode[c]):
             continue
-        block, sums = CONTACTS + CONTACT_WIDTH * c, trial.contact_steps[c]
+        block, sums = CONTACTS + CONTACT_WIDTH * c, work.contact_steps[c]
         stored = dissipated = friction = total = square = 0.0
         for row in range(weights.size):
             if weights[row] != 0.0:
@@ -167,41 +158,41 @@ def write_profile(o, column, profile):
 
 
 @inlined
-def write_sums(trial, weights):
+def write_sums(work, weights):
     """Write the sums, profiles and maxima of a step; the rows with nonzero `weights` contain its observables."""
-    sum_stages(trial, weights)
-    write_profile(trial.o, KAPPA, trial.profiles[0])
-    for c in range(trial.mode.size):
-        if acts(trial.mode[c]):
-            write_profile(trial.o, column_of(c, NORMAL), trial.profiles[1 + c])
-    write_largest_speeds(trial)
-    write_peaks(trial)
+    sum_stages(work, weights)
+    write_profile(work.o, KAPPA, work.profiles[0])
+    for c in range(work.mode.size):
+        if acts(work.mode[c]):
+            write_profile(work.o, column_of(c, NORMAL), work.profiles[1 + c])
+    write_largest_speeds(work)
+    write_peaks(work)
 
 
 @inlined
-def write_largest_speeds(trial):
+def write_largest_speeds(work):
     """Write the largest speed of journals in free flight at the start and all stages but the last."""
-    o = trial.o
-    for c in range(trial.mode.size):
-        if not meets(trial.mode[c]):
+    o = work.o
+    for c in range(work.mode.size):
+        if not meets(work.mode[c]):
             continue
         fastest = o[column_of(c, SLIP), START] * o[KAPPA, START]
         for row in range(END):
             fastest = max(fastest, o[column_of(c, SLIP), row] * o[KAPPA, row])
-        trial.contact_steps[c].fastest = fastest
+        work.contact_steps[c].fastest = fastest
 
 
 @inlined
-def write_peaks(trial):
+def write_peaks(work):
     """Write the highest values of observables that may have a peak; of contacts, only acting ones."""
-    o, step = trial.o, trial.step
+    o, step = work.o, work.step
     step.highest_acceleration = interior_peak(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
     step.highest_torque = interior_peak(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
-    for c in range(trial.mode.size):
-        if not acts(trial.mode[c]):
+    for c in range(work.mode.size):
+        if not acts(work.mode[c]):
             continue
-        trial.contact_steps[c].highest_force = interior_peak(o, column_of(c, NORMAL), 1.0)
-        trial.contact_steps[c].highest_depth = interior_peak(o, column_of(c, DEPTH), 1.0)
+        work.contact_steps[c].highest_force = interior_peak(o, column_of(c, NORMAL), 1.0)
+        work.contact_steps[c].highest_depth = interior_peak(o, column_of(c, DEPTH), 1.0)
 
 
 @inlined
@@ -306,84 +297,56 @@ FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset 
 CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
 #: In Totals.bins: the highest bin used; the lowest and highest bin of the forces that are distributed by fine parts;
 #: the steps of the contact so far, and their number at which these bins are computed again.
-HIGHEST_BIN, FINE_BIN, LAST_FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, FINE_BINS = range(PARTS + 1, PARTS + 7)
-BIN_COLUMNS = FINE_BINS + PARTS + 1  # the last are those between fine parts
+HIGHEST_BIN, FINE_BIN, LAST_FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, BIN_COLUMNS = range(PARTS + 1, PARTS + 7)
 #: Rows of Totals.part_times, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
-RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, FINE_TIMES = range(6)
-PART_TIME_ROWS = FINE_TIMES + 3  # the last are the Ramps of fine parts
+RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, PART_TIME_ROWS = range(6)
 
 
 class Totals(NamedTuple):
-    """Sums and maxima of one integration."""
+    """Sums and maxima of one integration; lengths as in `integration.Work`."""
 
     mechanism: MechanismTotals
     joint: ContactTotals  # (contacts,)
-    histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, increment in each bin above it
-    dry: np.ndarray  # the same for the dry part of the force, above zero; (0, BINS, 2) without films
-    step_values: np.ndarray  # (contacts, STEP_VALUE_ROWS, PARTS + 1) at equidistant places of the step, see histogram
-    bins: np.ndarray  # (contacts, BIN_COLUMNS) int64, bins of the force between the parts of the step
-    part_times: np.ndarray  # (contacts, PART_TIME_ROWS, PARTS) contribution of each part to the histogram
+    histogram: Annotated[np.ndarray, BINS, 2]  # (contacts,) s, in each bin; s/N, increment in those above
+    dry: Annotated[np.ndarray, BINS, 2]  # the same for the dry part of the force, above zero; (0,) without films
+    step_values: Annotated[np.ndarray, STEP_VALUE_ROWS, PARTS + 1]  # (contacts,) at equidistant places
+    bins: Annotated[np.ndarray, BIN_COLUMNS]  # (contacts,) int64, bins of the force between the parts of the step
+    part_times: Annotated[np.ndarray, PART_TIME_ROWS, PARTS]  # (contacts,) contribution of each part
+    fine_sums: Annotated[np.ndarray, FINE_ROWS + 2, 2, PARTS]  # of fine parts, see `observe.add_fine_part`
+    fine_bins: Annotated[np.ndarray, FINE_ROWS + 1, PARTS]  # int64, their bins
     length: np.ndarray  # (1,) length of the step
-    dense_states: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
+    dense_states: Annotated[np.ndarray, STATE_POINTS]  # (2 coordinates + 1,) the state within the step, with wear
     workspace: np.ndarray  # for the wear of a step, see wear.bins
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT_SIZE) see wear.Account
     friction: np.ndarray  # (friction loads,) J, work of each in the window
 
 
-class Accumulators(NamedTuple):
-    """Arrays of the assessment and accumulation of a step, see `integration.Work`, Totals and RevolutionMarks."""
-
-    y: tuple
-    mode: tuple
-    k: tuple
-    o: tuple
-    end: tuple
-    step: tuple
-    contact_steps: tuple
-    profiles: tuple
-    stepper: tuple
-    clearance: tuple
-    film: tuple
-    has_friction: tuple
-    has_histogram: tuple
-    mechanism: tuple
-    joint: tuple
-    bins: tuple
-    part_times: tuple
-    step_peak: tuple
-    peak_since_mark: tuple
-
-
 @inlined
-def accumulate_step(accumulators, time):
-    """Add an accepted step to the totals; `time` is the index of the time in the state.
+def accumulate_step(work):
+    """Add an accepted step to the totals.
 
     Maxima are those at start and end of the step.  If a larger one may lie between, `step.needs_peak_search` is set and
     its highest value in the step is left for the search; those of all other quantities are set to NO_PEAK.
     """
-    in_window = accumulators.stepper.in_window != 0.0
-    accumulators.step.needs_peak_search = 0.0
-    add_powers(accumulators, in_window)
-    for j in range(accumulators.mode.size):
-        duration = accumulators.end[time] - accumulators.y[time]
-        accumulators.peak_since_mark[j] = max(
-            accumulators.peak_since_mark[j], accumulators.step_peak[j]
-        )  # of the step before
-        accumulators.step_peak[j] = 0.0
-        if in_window and touches(accumulators.mode[j]):
-            accumulators.joint[j].contact_time += duration
-        if acts(accumulators.mode[j]):
-            add_contact_maxima(accumulators, j, in_window, duration)
+    in_window, peaks = work.stepper.in_window != 0.0, work.revolutions
+    work.step.needs_peak_search = 0.0
+    add_powers(work, in_window)
+    for j in range(work.mode.size):
+        duration = work.end[work.time] - work.y[work.time]
+        peaks.peak_since_mark[j] = max(peaks.peak_since_mark[j], peaks.step_peak[j])  # of the step before
+        peaks.step_peak[j] = 0.0
+        if in_window and touches(work.mode[j]):
+            work.totals.joint[j].contact_time += duration
+        if acts(work.mode[j]):
+            add_contact_maxima(work, j, in_window, duration)
         else:
-            contact_step = accumulators.contact_steps[j]
+            contact_step = work.contact_steps[j]
             contact_step.highest_force = contact_step.highest_depth = contact_step.highest_load = NO_PEAK
             if in_window:
-                accumulators.joint[j].depth_max = max(
-                    accumulators.joint[j].depth_max, accumulators.o[column_of(j, DEPTH), END]
-                )
-    add_motion_maxima(accumulators, in_window)
+                work.totals.joint[j].depth_max = max(work.totals.joint[j].depth_max, work.o[column_of(j, DEPTH), END])
+    add_motion_maxima(work, in_window)
 
 
 @inlined
@@ -396,16 +359,16 @@ def request_search(step, highest, is_counted, threshold):
 
 
 @inlined
-def add_powers(accumulators, in_window):
+def add_powers(work, in_window):
     """Add the integrals of powers (J) and squares over a step; update the largest energy imbalance (J)."""
-    mechanism, joint, step, h = accumulators.mechanism, accumulators.joint, accumulators.step, accumulators.step.length
+    mechanism, joint, step, h = work.totals.mechanism, work.totals.joint, work.step, work.step.length
     mechanism.work_drive += h * step.sum_drive
     mechanism.work_gravity += h * step.sum_gravity
     if in_window:
         mechanism.acceleration_square += h * step.sum_acceleration
-    for j in range(accumulators.mode.size):
-        if acts(accumulators.mode[j]):
-            sums, figures = accumulators.contact_steps[j], joint[j]
+    for j in range(work.mode.size):
+        if acts(work.mode[j]):
+            sums, figures = work.contact_steps[j], joint[j]
             mechanism.energy_stored += h * sums.sum_stored
             mechanism.energy_lost += h * sums.sum_lost
             mechanism.energy_friction += h * sums.sum_friction
@@ -413,14 +376,14 @@ def add_powers(accumulators, in_window):
                 figures.force_square += h * sums.sum_force_square
                 figures.force_time += h * sums.sum_force
                 # the tangential force includes the shear of a film
-                if accumulators.has_friction[j] != 0 and accumulators.film[j, 1] == math.inf:
+                if work.has_friction[j] != 0 and work.film[j, 1] == math.inf:
                     figures.friction_energy += h * sums.sum_friction
-        elif in_window and accumulators.mode[j] == REPORTING:
-            reported, figures = accumulators.contact_steps[j], joint[j]
+        elif in_window and work.mode[j] == REPORTING:
+            reported, figures = work.contact_steps[j], joint[j]
             figures.force_time += h * reported.sum_force
             figures.inner_fatigue += h * reported.sum_stored
             figures.outer_fatigue += h * reported.sum_lost
-    kinetic = accumulators.o[KINETIC, END]
+    kinetic = work.o[KINETIC, END]
     energy_gain = (
         kinetic - mechanism.kinetic_start + mechanism.energy_stored + mechanism.energy_lost + mechanism.energy_friction
     )
@@ -432,18 +395,18 @@ def add_powers(accumulators, in_window):
 
 
 @inlined
-def add_contact_maxima(accumulators, j, in_window, duration):
+def add_contact_maxima(work, j, in_window, duration):
     """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
-    o, step = accumulators.o, accumulators.step
-    figures, contact_step = accumulators.joint[j], accumulators.contact_steps[j]
+    o, step = work.o, work.step
+    figures, contact_step = work.totals.joint[j], work.contact_steps[j]
     force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
-    threshold = 0.9 * min(figures.peak, accumulators.peak_since_mark[j])
+    threshold = 0.9 * min(figures.peak, work.revolutions.peak_since_mark[j])
     contact_step.highest_force = request_search(step, contact_step.highest_force, True, threshold)
     largest = max(o[force, START], o[force, END])
     figures.peak = max(figures.peak, largest)
-    accumulators.step_peak[j] = largest
+    work.revolutions.step_peak[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
-    margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
+    margin = 0.02 * work.clearance[j] if work.film[j, 1] < math.inf else 0.0
     threshold = min(0.98 * figures.depth_max, where(margin > 0.0, 0.98, 1.02) * figures.depth_max) - margin
     contact_step.highest_depth = request_search(step, contact_step.highest_depth, in_window, threshold)
     contact_step.highest_load = NO_PEAK
@@ -452,9 +415,9 @@ def add_contact_maxima(accumulators, j, in_window, duration):
     figures.force_max = max(figures.force_max, largest)
     deepest = max(o[depth, START], o[depth, END])
     figures.depth_max = max(figures.depth_max, deepest)
-    if accumulators.has_histogram[j] != 0:
-        add_force_profile(accumulators, j, duration)
-    if accumulators.has_friction[j] != 0:
+    if work.has_histogram[j] != 0:
+        add_force_profile(work, j, duration)
+    if work.has_friction[j] != 0:
         for row in NODES:
             put_load(o, row, j)
         contact_step.highest_load = request_search(step, interior_peak(o, load, 1.0), True, 0.96 * figures.load_max)
@@ -463,10 +426,10 @@ def add_contact_maxima(accumulators, j, in_window, duration):
 
 
 @inlined
-def add_force_profile(accumulators, j, duration):
+def add_force_profile(work, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
-    part_times, bins, film = accumulators.part_times, accumulators.bins, accumulators.film[j, 1] < math.inf
-    o, force = accumulators.o, accumulators.profiles[1 + j]
+    part_times, bins, film = work.totals.part_times, work.totals.bins, work.film[j, 1] < math.inf
+    o, force = work.o, work.profiles[1 + j]
     for i in lane_range(PARTS):
         part_times[j, RELATIVE_DURATION, i] = max(value_at(o, KAPPA, TO_PART_MEANS, i), 0.0)
     scale = duration / total_of(part_times[j, RELATIVE_DURATION])
@@ -482,16 +445,12 @@ def add_force_profile(accumulators, j, duration):
         forces = max(start_value, 0.0), max(end_value, 0.0)
         put_ramp(part_times[j, FIRST_BIN_TIME:], bins[j], i, forces, pushing)
         part_times[j, PULLING_TIME, i] = duration_of_part - pushing
-    highest = bins[j, HIGHEST_BIN]
-    for i in range(PARTS + 1):
-        highest = max(highest, bins[j, i])
-    bins[j, HIGHEST_BIN] = highest
 
 
 @inlined
-def add_motion_maxima(accumulators, in_window):
+def add_motion_maxima(work, in_window):
     """Add the largest slider acceleration (m/s^2), torque (N m) and slider error (m)."""
-    o, mechanism, step = accumulators.o, accumulators.mechanism, accumulators.step
+    o, mechanism, step = work.o, work.totals.mechanism, work.step
     largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
     start_slope, end_slope = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
     parabola_peak = largest + 0.25 * step.length * o[KAPPA, START] * min(

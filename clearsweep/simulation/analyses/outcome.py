@@ -1,5 +1,6 @@
 """Converts a finished integration to a trajectory: figures, histories and the status in words."""
 
+import functools
 import math
 from typing import Any
 
@@ -296,13 +297,20 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
     if not len(log):
         return NO_EVENT_RECORDS
-    names = np.array(layout.contacts)
+    rows = (2.0 * log[:, 1] + (log[:, 2] == integration.ONSET)).astype(int)
+    records: np.ndarray = _unnumbered_events(layout.contacts).take(rows)
+    records["t"], records["rate"], records["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
+    return records
+
+
+@functools.lru_cache(maxsize=64)
+def _unnumbered_events(contacts: tuple[str, ...]) -> np.ndarray:
+    """Return the records of a separation and of an onset of each contact, one after the other, without numbers."""
+    names = np.repeat(contacts, 2)
     types = {name: EVENT_DTYPE[name] for name in EVENT_DTYPE.names or ()}
     types["joint"] = np.promote_types(types["joint"], names.dtype)
-    records = np.empty(len(log), [*types.items()])
-    records["t"], records["rate"], records["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
-    records["joint"] = names[log[:, 1].astype(int)]
-    records["kind"] = np.where(log[:, 2] == integration.ONSET, "on", "off")
+    records = np.zeros(len(names), [*types.items()])
+    records["joint"], records["kind"] = names, np.tile(["off", "on"], len(contacts))
     return records
 
 

@@ -214,6 +214,7 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
         "contact_steps": (contacts, ContactStep.SIZE),
         "profiles": (1 + contacts, observe.PARTS + 1),
         "part_times": (contacts, totals.PART_TIME_ROWS, observe.PARTS),
+        "fine_sums": (observe.FINE_ROWS + 2, 2, observe.PARTS),
         "end": (n,),
         "z": (n,),
     }
@@ -252,6 +253,7 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
             [not joint.is_rolling or k >= joint.corners for joint in joints for k in range(len(joint.contacts))],
             np.int64,
         ),
+        "fine_bins": _aligned((observe.FINE_ROWS + 1, observe.PARTS)).view(np.int64),
         "histogram": np.zeros((contacts, observe.BINS, 2)),
         "dry": np.zeros((contacts if has_film else 0, observe.BINS, 2)),
         "log": np.empty((loop.LOG_ROWS, 5)),
@@ -268,11 +270,10 @@ def _aligned(shape: tuple[int, ...]) -> np.ndarray:
 
 def fields_from(record_type: type, arrays: Arrays) -> dict[str, Any]:
     """Return the arrays that are fields of a NamedTuple, with names for their numbers if the type defines them."""
-    types = record_type.__annotations__
     return {
-        name: types[name](arrays[name]) if issubclass(types[name], Fields) else arrays[name]
-        for name in types
-        if name in arrays and types[name] is not Entry
+        name: kind(arrays[name]) if isinstance(kind, type) and issubclass(kind, Fields) else arrays[name]
+        for name, kind in record_type.__annotations__.items()
+        if name in arrays and kind is not Entry
     }
 
 

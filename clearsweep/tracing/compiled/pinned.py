@@ -61,20 +61,21 @@ def _append_words(value: Any, machine_words: list[int]) -> None:
 
 
 class Layout:
-    """Memory layout of a NamedTuple."""
+    """Memory layout of a NamedTuple; the last lengths of an array annotated as `Annotated[np.ndarray, 8]` are known."""
 
     def __init__(self, value: Any):
         self.type, self.field_layouts, self.offsets, offset = type(value), {}, {}, 0
+        known_lengths = {name: getattr(kind, "__metadata__", ()) for name, kind in type(value).__annotations__.items()}
         for name, item in zip(type(value)._fields, value, strict=True):
             self.offsets[name] = offset
             if isinstance(item, tuple):
                 self.field_layouts[name] = Layout(item)
                 offset += self.field_layouts[name].size
             elif isinstance(item, np.ndarray):
-                self.field_layouts[name] = _array_layout(name, item)
+                self.field_layouts[name] = _array_layout(name, item, known_lengths[name])
                 offset += 1 + item.ndim
             elif isinstance(item, Fields):
-                self.field_layouts[name] = (type(item), *_array_layout(name, item.numbers))
+                self.field_layouts[name] = (type(item), *_array_layout(name, item.numbers, (type(item).SIZE,)))
                 offset += 1 + item.numbers.ndim
             else:
                 self.field_layouts[name] = float if isinstance(item, float) else int
@@ -85,14 +86,12 @@ class Layout:
         return f"{self.type.__name__}({self.field_layouts})"
 
 
-def _array_layout(name: str, array: np.ndarray) -> tuple[str, int, int]:
-    """Return the kind of an array's items, its number of dimensions, and the strides in numbers."""
+def _array_layout(name: str, array: np.ndarray, lengths: tuple[int, ...]) -> tuple[str, int, tuple[int, ...], int]:
+    """Return the kind of an array's items, its number of dimensions, the last `lengths`, and the stride in numbers."""
     assert array.dtype in (np.float64, np.int64), name
-    return (
-        array.dtype.kind,
-        array.ndim,
-        max(array.strides[-1] // 8, 1),
-    )  # for empty arrays numpy's strides are arbitrary
+    assert array.shape[array.ndim - len(lengths) :] == lengths, name
+    stride = max(array.strides[-1] // 8, 1)  # for empty arrays numpy's strides are arbitrary
+    return array.dtype.kind, array.ndim, lengths, stride
 
 
 _LAYOUTS: dict[type, Layout] = {}  # all Pinned values of a type have one layout
@@ -137,13 +136,12 @@ class LoadedValue(Composite):
             return LoadedValue(layout, self._address, offset)
         if layout in (float, int):
             return load_word(self._address, offset, symbols.Number if layout is float else symbols.Integer)
-        *named, kind, dimensions, stride = layout
-        first_word = load_word(self._address, offset, symbols.Integer)
-        shape = tuple(load_word(self._address, offset + 1 + axis, symbols.Integer) for axis in range(dimensions))
-        if not named:
-            return view_at(Pointer.at(first_word, kind), shape, stride)
-        fields = named[0]
-        return fields(view_at(Pointer.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
+        *named, kind, dimensions, lengths, stride = layout
+        pointer = Pointer.at(load_word(self._address, offset, symbols.Integer), kind)
+        axes = range(offset + 1, offset + 1 + dimensions - len(lengths))
+        shape = *(load_word(self._address, position, symbols.Integer) for position in axes), *lengths
+        view = view_at(pointer, shape, stride)
+        return named[0](view) if named else view
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._layout.field_layouts)
