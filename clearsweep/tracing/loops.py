@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import functions, portable, symbols
+from . import functions, portable, protocols, symbols
 from .activation import (
     LANES,
     RETURNED,
@@ -28,16 +28,6 @@ from .activation import (
 )
 from .calls import RUNNERS, call
 from .memory import View
-from .protocols import (
-    INLINED,
-    LANE_LOOPS,
-    LOOPS,
-    PRIMITIVES,
-    SEPARATE,
-    mark_traceable,
-    register_emitter,
-    register_symbol_emitter,
-)
 from .statements import Statements
 from .symbols import (
     WIDTH,
@@ -203,9 +193,9 @@ class Loops(Statements):
             raise NotTraceableError("has a loop with an else block")
         iterable = node.iter
         is_named_call = isinstance(iterable, ast.Call) and isinstance(iterable.func, ast.Name)
-        if is_named_call and self.activation.look_up(iterable.func.id) in LANE_LOOPS:
+        if is_named_call and self.activation.look_up(iterable.func.id) in protocols.LANE_LOOPS:
             return self.run_in_lanes(node, self.value(iterable.args[0]))
-        if is_named_call and self.activation.look_up(iterable.func.id) in LOOPS:
+        if is_named_call and self.activation.look_up(iterable.func.id) in protocols.LOOPS:
             range_arguments = list(self.items(iterable.args))
             if iterable.keywords or any(isinstance(x, (float, Number)) for x in range_arguments):
                 raise NotTraceableError("has a range of other than integers")
@@ -396,23 +386,25 @@ def _absolute(x: Any) -> Any:
     return symbols.call_intrinsic("fabs", x)
 
 
-register_symbol_emitter(max, symbols.extremum_emitter(">"))
-register_symbol_emitter(min, symbols.extremum_emitter("<"))
-register_symbol_emitter(abs, _absolute)
-register_symbol_emitter(int, symbols.truncate)
-register_symbol_emitter(float, symbols.as_number)
-register_symbol_emitter(bool, as_boolean)
-register_symbol_emitter(math.sqrt, lambda x: symbols.call_intrinsic("sqrt", x))
-register_symbol_emitter(math.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
-register_symbol_emitter(math.floor, lambda x: symbols.truncate(symbols.floor_number(x)))
-register_symbol_emitter(math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf))
+protocols.register_symbol_emitter(max, symbols.extremum_emitter(">"))
+protocols.register_symbol_emitter(min, symbols.extremum_emitter("<"))
+protocols.register_symbol_emitter(abs, _absolute)
+protocols.register_symbol_emitter(int, symbols.truncate)
+protocols.register_symbol_emitter(float, symbols.as_number)
+protocols.register_symbol_emitter(bool, as_boolean)
+protocols.register_symbol_emitter(math.sqrt, lambda x: symbols.call_intrinsic("sqrt", x))
+protocols.register_symbol_emitter(math.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+protocols.register_symbol_emitter(math.floor, lambda x: symbols.truncate(symbols.floor_number(x)))
+protocols.register_symbol_emitter(
+    math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf)
+)
 
 
-register_emitter(portable.where)(select_values)
-register_symbol_emitter(portable.fma, symbols.fma)
-register_symbol_emitter(portable.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
-register_symbol_emitter(portable.bits_of, symbols.bits_of)
-register_symbol_emitter(portable.number_of, symbols.number_of)
+protocols.register_emitter(portable.where)(select_values)
+protocols.register_symbol_emitter(portable.fma, symbols.fma)
+protocols.register_symbol_emitter(portable.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+protocols.register_symbol_emitter(portable.bits_of, symbols.bits_of)
+protocols.register_symbol_emitter(portable.number_of, symbols.number_of)
 
 
 def _refused(name: str, *operands: Any) -> Any:
@@ -423,12 +415,12 @@ def _refused(name: str, *operands: Any) -> Any:
 PORTABLE = ("atan", "atan2", "cos", "cosh", "exp", "expm1", "log", "log1p", "log2", "sin", "sinh", "tanh")
 for _name, _body in vars(functions).items():
     if isinstance(_body, FunctionType) and _body.__module__ == functions.__name__:
-        mark_traceable(_body, SEPARATE if _name in (*PORTABLE, "pow") else INLINED)
+        protocols.mark_traceable(_body, protocols.SEPARATE if _name in (*PORTABLE, "pow") else protocols.INLINED)
 for _name in PORTABLE:
-    register_symbol_emitter(getattr(math, _name), functools.partial(call, getattr(functions, _name)))
-register_symbol_emitter(pow, functools.partial(_refused, "pow"))
+    protocols.register_symbol_emitter(getattr(math, _name), functools.partial(call, getattr(functions, _name)))
+protocols.register_symbol_emitter(pow, functools.partial(_refused, "pow"))
 
 
 for _name, _function in vars(math).items():
-    if callable(_function) and _function not in PRIMITIVES and not _name.startswith("_"):
-        register_symbol_emitter(_function, functools.partial(_refused, f"math.{_name}"))
+    if callable(_function) and _function not in protocols.PRIMITIVES and not _name.startswith("_"):
+        protocols.register_symbol_emitter(_function, functools.partial(_refused, f"math.{_name}"))

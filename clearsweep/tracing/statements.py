@@ -3,22 +3,7 @@
 import ast
 from typing import Any
 
-from . import symbols
-from .activation import (
-    LANES,
-    RETURNED,
-    Path,
-    ReturnInLanes,
-    all_lanes,
-    leaves,
-    map_leaves,
-    merge_values,
-    none_of,
-    rebuild,
-    select_values,
-    undefined_like,
-    with_common_slopes,
-)
+from . import activation, symbols
 from .expressions import Expressions
 from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
@@ -29,10 +14,12 @@ class Statements(Expressions):
     def block(self, statements: list[Any]) -> bool:
         """Run statements; return whether no path continues after them."""
         for i, statement in enumerate(statements):
-            running, self.activation.node = self.activation.names.get(LANES), statement
+            running, self.activation.node = self.activation.names.get(activation.LANES), statement
             if getattr(self, f"execute_{type(statement).__name__}", self.refuse_statement)(statement):
                 return True
-            if self.activation.names.get(LANES) is not running and not self.activation.loops:  # some lanes returned
+            if (
+                self.activation.names.get(activation.LANES) is not running and not self.activation.loops
+            ):  # some lanes returned
                 return self.run_if_any(statements[i + 1 :])
         return False
 
@@ -64,21 +51,25 @@ class Statements(Expressions):
         value = self.value(node.value) if node.value else None
         lanes = self.activation.lanes()
         if lanes is None or (
-            self.activation.mask is None and LANES not in self.activation.names and not self.activation.loops
+            self.activation.mask is None and activation.LANES not in self.activation.names and not self.activation.loops
         ):
             self.leave(value)
-        elif RETURNED not in self.activation.names and any(loop.is_rolled for loop in self.activation.loops):
-            raise ReturnInLanes(value)
+        elif activation.RETURNED not in self.activation.names and any(loop.is_rolled for loop in self.activation.loops):
+            raise activation.ReturnInLanes(value)
         else:
-            self.activation.names[RETURNED] = select_values(lanes, value, self.activation.names.get(RETURNED, value))
-            self.stop(LANES, lanes)
+            self.activation.names[activation.RETURNED] = activation.select_values(
+                lanes, value, self.activation.names.get(activation.RETURNED, value)
+            )
+            self.stop(activation.LANES, lanes)
         return True
 
     def leave(self, value: Any) -> None:
         """End this path of the function for all lanes; lanes that ended before keep their returned values."""
-        if RETURNED in self.activation.names:
-            value = select_values(self.activation.names[LANES], value, self.activation.names[RETURNED])
-        self.activation.returns.append(Path(trace().builder.block, value))
+        if activation.RETURNED in self.activation.names:
+            value = activation.select_values(
+                self.activation.names[activation.LANES], value, self.activation.names[activation.RETURNED]
+            )
+        self.activation.returns.append(activation.Path(trace().builder.block, value))
 
     def stop(self, name: str, lanes: Any) -> None:
         """Deactivate some lanes."""
@@ -131,7 +122,7 @@ class Statements(Expressions):
             builder.position_at_end(begin)
             self.activation.names = dict(names_before)
             if not self.block(statements):
-                paths.append(Path(builder.block, self.activation.names))
+                paths.append(activation.Path(builder.block, self.activation.names))
         return self.join(paths)
 
     def run_branches_in_lanes(self, condition: Boolean, node: Any) -> bool:
@@ -149,18 +140,22 @@ class Statements(Expressions):
             return False
         builder, begin, skip = trace().builder, trace().block(), trace().block()
         skipped_names = dict(self.activation.names)
-        builder.cbranch(none_of(self.activation.lanes_in_all()).value, skip, begin)
+        builder.cbranch(activation.none_of(self.activation.lanes_in_all()).value, skip, begin)
         builder.position_at_end(begin)
         has_ended = self.block(statements)
         branch_names = self.activation.names
         for name, value in branch_names.items():  # a new name has no value in lanes that skip
             if name not in skipped_names:
-                is_mask = name.startswith(LANES)
-                skipped_names[name] = all_lanes(trace().width) if is_mask else map_leaves(value, undefined_like)
-        self.join([Path(builder.block, branch_names), Path(skip, skipped_names)])
+                is_mask = name.startswith(activation.LANES)
+                skipped_names[name] = (
+                    activation.all_lanes(trace().width)
+                    if is_mask
+                    else activation.map_leaves(value, activation.undefined_like)
+                )
+        self.join([activation.Path(builder.block, branch_names), activation.Path(skip, skipped_names)])
         return has_ended
 
-    def join(self, paths: list[Path]) -> bool:
+    def join(self, paths: list[activation.Path]) -> bool:
         """Continue where paths join, with their common variables; return whether there are no paths."""
         if not paths:
             return True
@@ -177,15 +172,15 @@ class Statements(Expressions):
                 merged_names[name] = column[0]
                 continue
             try:
-                column = with_common_slopes(column)
-                leaf_rows = [leaves(x) for x in column]
+                column = activation.with_common_slopes(column)
+                leaf_rows = [activation.leaves(x) for x in column]
                 if len({len(row) for row in leaf_rows}) != 1:
                     continue
                 blocks = [path.block for path in paths]
-                results = [merge_values(blocks, list(items), end) for items in zip(*leaf_rows, strict=True)]
+                results = [activation.merge_values(blocks, list(items), end) for items in zip(*leaf_rows, strict=True)]
             except NotTraceableError:
                 continue  # a name with different structures has no value from here on
-            merged_names[name] = rebuild(column[0], iter(results))
+            merged_names[name] = activation.rebuild(column[0], iter(results))
         for path in paths:
             builder.position_at_end(path.block)
             builder.branch(end)
@@ -197,16 +192,16 @@ class Statements(Expressions):
         """Leave a loop."""
         lanes = self.activation.lanes()
         if lanes is not None:
-            self.stop(f"{LANES}of loop {len(self.activation.loops)}", lanes)
+            self.stop(f"{activation.LANES}of loop {len(self.activation.loops)}", lanes)
             return True
-        self.activation.loops[-1].breaks.append(Path(trace().builder.block, dict(self.activation.names)))
+        self.activation.loops[-1].breaks.append(activation.Path(trace().builder.block, dict(self.activation.names)))
         return True
 
     def execute_Continue(self, node: Any) -> bool:  # noqa: N802
         """End an iteration of a loop."""
         lanes = self.activation.lanes()
         if lanes is not None:
-            self.stop(f"{LANES}of iteration {len(self.activation.loops)}", lanes)
+            self.stop(f"{activation.LANES}of iteration {len(self.activation.loops)}", lanes)
             return True
-        self.activation.loops[-1].continues.append(Path(trace().builder.block, dict(self.activation.names)))
+        self.activation.loops[-1].continues.append(activation.Path(trace().builder.block, dict(self.activation.names)))
         return True

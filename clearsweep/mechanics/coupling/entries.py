@@ -6,17 +6,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, inlined, is_plain, kernel, shaped
-from ..joints.contract import (
-    JointState,
-    counts_of,
-    every_guard,
-    every_part,
-    internal_state_location,
-    located_parts,
-    offsets_of,
-    total_counts,
-    with_current_state,
-)
+from ..joints import contract
 from ..joints.worn import with_body_angles
 from ..laws.contract import StepStart, guard_values, latched, touches
 from ..machines.contract import body_angles, gaps, pose_at, put_signals
@@ -118,7 +108,7 @@ def _update_velocities(scene, sweep):
     """Update the velocities and internal states of all stages."""
     count, n = len(scene.coordinates), sweep.nodes.shape[0] - 1
     _update_components(sweep, count, 2 * count)
-    _update_components(sweep, 2 * count + 1 + total_counts(scene.joints).contact, n)
+    _update_components(sweep, 2 * count + 1 + contract.total_counts(scene.joints).contact, n)
 
 
 @inlined
@@ -128,7 +118,7 @@ def _update_positions(scene, sweep, loads):
     loads : of the joints, at these coordinates; None if they are not known
     """
     mode, latched, k, nodes = sweep.mode, sweep.latched, sweep.k, sweep.nodes
-    count, contacts, touching = len(scene.coordinates), total_counts(scene.joints).contact, False
+    count, contacts, touching = len(scene.coordinates), contract.total_counts(scene.joints).contact, False
     first_root = 2 * count + 1
     for c in range(contacts):
         touching = touching | touches(mode[c])
@@ -137,7 +127,7 @@ def _update_positions(scene, sweep, loads):
             state = nodes[:, i]
             joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
             kappa = time_scale(scene, state, mode)
-            joint_state = JointState(state, mode, latched, first_root)
+            joint_state = contract.JointState(state, mode, latched, first_root)
             put_root_rates(scene, joint_gaps, loads, joint_state, kappa, k, i)
         for c in touchable_contacts(scene.joints):
             if touches(mode[c]):  # all other roots are constant
@@ -250,8 +240,8 @@ class _GuardContext(NamedTuple):
 def _evaluate_part(part, offsets, context):
     start_state, y, latched, o, row, roots, value = context
     contact = offsets.contact + part.contact
-    law, root = with_current_state(part.law, y, latched, offsets), y[roots + contact]
-    law_at_start = with_current_state(part.law, start_state, latched, offsets)
+    law, root = contract.with_current_state(part.law, y, latched, offsets), y[roots + contact]
+    law_at_start = contract.with_current_state(part.law, start_state, latched, offsets)
     start = StepStart(law_at_start, contact_observables_in(o, START, contact))
     for i, number in enumerate(guard_values(law, start, contact_observables_in(o, row, contact), root)):
         value[offsets.guard + i] = number
@@ -259,7 +249,7 @@ def _evaluate_part(part, offsets, context):
 
 @kernel
 def _evaluate_guards(joints, context):
-    for _, part, offsets in located_parts(joints, context.roots):
+    for _, part, offsets in contract.located_parts(joints, context.roots):
         if type(part.law) in guard_values.members:
             _evaluate_part(part, offsets, context)
 
@@ -270,7 +260,7 @@ def guards_entry(scene, start, y, nodes, latched, o, value, row):
     Arrays are bare pointers; `scene` is a pointer to the Scene.
     """
     parameters = scene[0]
-    roots, counts = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
+    roots, counts = 2 * len(parameters.coordinates) + 1, contract.total_counts(parameters.joints)
     _, n, _ = size_of(parameters)
     start, y, nodes = shaped(start, (n,)), shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (counts.contact + counts.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
@@ -301,19 +291,19 @@ class _LatchContext(NamedTuple):
 @kernel
 def _latch_part(part, offsets, context):
     y, latched_values, o, row, roots, contact, guard = context
-    is_guard_of_part = 0 <= guard - offsets.guard < counts_of(part.law).guard
+    is_guard_of_part = 0 <= guard - offsets.guard < contract.counts_of(part.law).guard
     if offsets.contact + part.contact == contact and (guard < 0 or is_guard_of_part):
-        law = with_current_state(part.law, y, latched_values, offsets)
+        law = contract.with_current_state(part.law, y, latched_values, offsets)
         event = guard - offsets.guard if is_guard_of_part else guard
         values = latched(law, event, contact_observables_in(o, row, contact), y[roots + contact])
-        destination, start = internal_state_location(part.law, y, latched_values, offsets)
+        destination, start = contract.internal_state_location(part.law, y, latched_values, offsets)
         for i, number in enumerate(values, start):
             destination[i] = number
 
 
 @kernel
 def _latch_parts(joints, context):
-    for _, part, offsets in located_parts(joints, context.roots):
+    for _, part, offsets in contract.located_parts(joints, context.roots):
         if type(part.law) in latched.members:
             _latch_part(part, offsets, context)
 
@@ -324,7 +314,7 @@ def latch_entry(scene, y, latched, o, event, row):
     event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
     """
     parameters = scene[0]
-    roots, counts = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
+    roots, counts = 2 * len(parameters.coordinates) + 1, contract.total_counts(parameters.joints)
     event_values = shaped(event, (2,))
     context = _LatchContext(
         shaped(y, (size_of(parameters)[1],)),
@@ -362,7 +352,7 @@ _GUARD_TABLES: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of 
 
 def _guard_table(joints) -> tuple[dict[str, np.ndarray], bool]:
     """Return the fields of Guards, and whether any law latches a quantity; both depend on the types of laws only."""
-    contact_guards = every_guard(joints)
+    contact_guards = contract.every_guard(joints)
     guards_of_laws = [guard for _, guard in contact_guards]
     flags = ("at_start", "counted", "ends_run")
     arrays = {
@@ -376,7 +366,7 @@ def _guard_table(joints) -> tuple[dict[str, np.ndarray], bool]:
     )
     arrays["sign"] = np.array([guard.sign for guard in guards_of_laws], dtype=np.float64)
     arrays |= {name: np.array([getattr(guard, name) for guard in guards_of_laws], dtype=np.int64) for name in flags}
-    return arrays, any(type(law) in latched.members for _, law in every_part(joints))
+    return arrays, any(type(law) in latched.members for _, law in contract.every_part(joints))
 
 
 # ---------------------------------------------------------------------------------------------- wear
@@ -391,7 +381,7 @@ def _record_step_positions(scene, dense_states, step):
         angles = body_angles(scene.mechanism, y)
         joint_gaps = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
         instant = Instant(joint_gaps, angles, i, step)
-        for number, (joint, offsets) in enumerate(zip(scene.joints, offsets_of(scene.joints, 0), strict=True)):
+        for number, (joint, offsets) in enumerate(zip(scene.joints, contract.offsets_of(scene.joints, 0), strict=True)):
             record(joint, joint_gaps[number], angles[number], offsets.contact, instant)
 
 
@@ -402,7 +392,7 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
     workspace : of the size that `workspace_size` returns.
     """
     parameters = scene[0]
-    contacts, state_size = total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
+    contacts, state_size = contract.total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
     workspace_array = shaped(workspace, (workspace_size(contacts, stride),))
     axial_offset = WORKSPACE_SIZE + contacts * (POSITION_ROWS + SLOPES) * STATE_POINTS
     strip_offset = axial_offset + contacts * AxialRows.SIZE * STATE_POINTS
@@ -421,7 +411,7 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
     totals = WearTotals(
         shaped(depths, (2 * contacts * stride,)), stride, Account(shaped(account, (contacts, ACCOUNT_SIZE)))
     )
-    for joint, offsets in zip(parameters.joints, offsets_of(parameters.joints, 0), strict=True):
+    for joint, offsets in zip(parameters.joints, contract.offsets_of(parameters.joints, 0), strict=True):
         update_joint_wear(joint, offsets.contact, (step, totals))
 
 

@@ -5,15 +5,7 @@ from typing import NamedTuple
 from ...tracing.compiled.choosing import none_of, replaced, where
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel, known
-from ..joints.contract import (
-    every_part,
-    grips_of,
-    offsets_of,
-    slip_rate,
-    total_counts,
-    with_current_state,
-    with_tangential,
-)
+from ..joints import contract
 from ..joints.dry import Joint
 from ..joints.lubricated import Lubricated
 from ..joints.mesh import Mesh, flank_offsets
@@ -34,7 +26,7 @@ def _law_needs_mass(joint, offsets, state):
 
 @_law_needs_mass.member(Joint, Lubricated, WornJoint, WornOnFoundation)
 def _law_needs_mass_of_joint(joint, offsets, state):
-    law = with_current_state(joint.law, state.y, state.latched, offsets)
+    law = contract.with_current_state(joint.law, state.y, state.latched, offsets)
     return touches(state.mode[offsets.contact]) and needs_mass(law)
 
 
@@ -43,7 +35,7 @@ def _law_needs_mass_of_mesh(joint, offsets, state):
     is_needed = False
     for flank in range(2):
         at_flank = flank_offsets(joint, offsets, flank)
-        law = with_current_state(joint.law, state.y, state.latched, at_flank)
+        law = contract.with_current_state(joint.law, state.y, state.latched, at_flank)
         is_needed = is_needed | (touches(state.mode[at_flank.contact]) and needs_mass(law))
     return is_needed
 
@@ -70,7 +62,7 @@ def joints_with_mass(scene, pose, joint_gaps, state):
     if not _may_need_mass(scene.joints):
         return scene.joints
     is_needed = False
-    for joint, offsets in zip(scene.joints, offsets_of(scene.joints, state.roots), strict=True):
+    for joint, offsets in zip(scene.joints, contract.offsets_of(scene.joints, state.roots), strict=True):
         is_needed = is_needed | _law_needs_mass(joint, offsets, state)
     if none_of(is_needed):
         return _joints_with(scene.joints, [as_type_of(0.0, gap.x) for gap in joint_gaps])
@@ -90,7 +82,7 @@ def joints_at_event(scene, y):
 @known
 def _may_need_mass(joints):
     """Return whether any law of the joints may need the effective mass of its contact."""
-    return any(type(law) in with_mass.members for _, law in every_part(joints))
+    return any(type(law) in with_mass.members for _, law in contract.every_part(joints))
 
 
 # ---------------------------------------------------------------------------------------------- sticking surfaces
@@ -114,8 +106,8 @@ FORCE_TOLERANCE = 1e-15  # of the largest force of the surfaces
 @kernel
 def every_grip(joints, joint_gaps, loads, mode):
     """Return the grips of each joint of the tuple `joints` under the loads; joint_gaps : of the joints."""
-    items = list(zip(joints, joint_gaps, loads, offsets_of(joints, 0), strict=True))
-    return tuple([grips_of(joint, gap, load, mode, offsets.contact) for joint, gap, load, offsets in items])
+    items = list(zip(joints, joint_gaps, loads, contract.offsets_of(joints, 0), strict=True))
+    return tuple([contract.grips_of(joint, gap, load, mode, offsets.contact) for joint, gap, load, offsets in items])
 
 
 @kernel
@@ -125,7 +117,7 @@ def _with_grip_forces(grips_of_joints, loads, forces, stopping_forces):
     for grips, load in zip(grips_of_joints, loads, strict=True):
         changed_load = load
         for i, grip in enumerate(grips, first):
-            changed_load = with_tangential(grip, changed_load, forces[i], stopping_forces[i])
+            changed_load = contract.with_tangential(grip, changed_load, forces[i], stopping_forces[i])
         first, changed_loads = first + len(grips), (*changed_loads, changed_load)
     return changed_loads
 
@@ -144,7 +136,9 @@ def slip_rates(scene, y, pose, grips, loads):
     """Return the rate (m/s^2) of the sliding speed of every grip under the loads; grips : per joint."""
     motion = accelerate(scene.mechanism, pose, loads)
     items = list(zip(grips, gap_accelerations(scene.mechanism, y, motion), strict=True))
-    return tuple([slip_rate(grip, acceleration) for grips_of_joint, acceleration in items for grip in grips_of_joint])
+    return tuple(
+        [contract.slip_rate(grip, acceleration) for grips_of_joint, acceleration in items for grip in grips_of_joint]
+    )
 
 
 @kernel
@@ -191,7 +185,7 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
     if not any(type(joint.friction) in static_limit.members for joint in scene.joints if hasattr(joint, "friction")):
         return loads
     grips_of_joints, sticking_count = every_grip(scene.joints, joint_gaps, loads, mode), 0
-    for j in range(total_counts(scene.joints).contact):
+    for j in range(contract.total_counts(scene.joints).contact):
         sticking_count += is_sticking(mode[j])
     if sticking_count == 0:
         return loads

@@ -19,24 +19,7 @@ from ...tracing.compiled.choosing import cond, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
 from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, shaped
 from .. import observe
-from ..joints.contract import (
-    JointState,
-    contacts_at_speed,
-    counts_of,
-    extra_channels,
-    extra_observables,
-    gap_histories,
-    guard_quantity,
-    load,
-    load_histories,
-    located_parts,
-    observable_count,
-    offsets_of,
-    power_lost,
-    power_stored,
-    total_counts,
-    with_current_state,
-)
+from ..joints import contract
 from ..joints.spatial.forces import CHANNELS as SPATIAL_CHANNELS
 from ..joints.spatial.forces import POINT_CHANNELS
 from ..joints.worn import with_angles, with_body_angles
@@ -75,7 +58,7 @@ def evaluate_motion(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
     pose = machine.pose_at(scene.mechanism, y)
     joint_gaps = gaps_with_angles(scene, y, machine.gaps(scene.mechanism, pose))
-    state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
+    state = contract.JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_with_mass(scene, pose, joint_gaps, state)
     loads = loads_of(joints, joint_gaps, state)
     scene = with_friction_states(scene, y)
@@ -93,7 +76,7 @@ def relaxed_rate(reference_rate, rate, depth, root):
 def root_rate(scene, contact, state, kappa, c):
     """Return the rate (m^0.5 per unit of tau) of the root of penetration of Contact number `c`, which touches."""
     approach = relaxed_rate(scene.reference_rate, contact.rate, contact.depth, state.y[state.roots + c])
-    if total_counts(scene.joints).contact == 1:
+    if contract.total_counts(scene.joints).contact == 1:
         return approach * (1.0 / scene.sigma)
     return approach * kappa_over_root(scene, state.y, state.mode, kappa, c)
 
@@ -117,21 +100,21 @@ def _put_contacts(loads, o, row, is_converged):
     """Write the observables of all contacts."""
     contacts = _contacts_of(loads)
     for c, contact in enumerate(contacts):
-        dissipated = power_lost(contact)
+        dissipated = contract.power_lost(contact)
         observed_contact = observe.Observed(
             normal=contact.normal,
-            stored=power_stored(contact),
+            stored=contract.power_stored(contact),
             lost=dissipated,
             tangential=contact.tangential,
             slip=contact.slip,
             raw=contact.raw,
             depth=contact.depth,
             rate=contact.rate,
-            guard_quantity=guard_quantity(contact),
+            guard_quantity=contract.guard_quantity(contact),
         )
         observe.write_contact_observables(o, row, c, observed_contact)
         for column, number in enumerate(
-            extra_observables(contact, is_converged), observe.film_column(len(contacts), c, 0)
+            contract.extra_observables(contact, is_converged), observe.film_column(len(contacts), c, 0)
         ):
             o[column, row] = number
 
@@ -157,7 +140,7 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
     time_index = 2 * count
     pose, _, loads, motion = evaluate_motion(scene, y, mode, latched)
     kappa = time_scale(scene, y, mode)
-    state = JointState(y, mode, latched, time_index + 1)
+    state = contract.JointState(y, mode, latched, time_index + 1)
     if k is not None:
         for i in range(count):
             k[i, row] = kappa * y[count + i]
@@ -173,7 +156,7 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
         o[observe.GRAVITY, row] = external_power + machine.load_power(scene.mechanism, motion)
         o[observe.ACCELERATION, row] = motion.output
         o[observe.TORQUE, row] = motion.torque
-        powers, film_columns = machine.friction_powers(scene.mechanism, motion), observable_count(scene.joints)
+        powers, film_columns = machine.friction_powers(scene.mechanism, motion), contract.observable_count(scene.joints)
         for i in range(len(powers)):
             o[film_columns + i, row] = powers[i]
         _put_contacts(loads, o, row, is_converged)
@@ -195,8 +178,10 @@ def put_root_rates(scene, joint_gaps, loads, state, kappa, k, row):
     if loads is None:
         loads = loads_of(scene.joints, joint_gaps, state)
     else:
-        items = list(zip(scene.joints, joint_gaps, loads, offsets_of(scene.joints, state.roots), strict=True))
-        contacts = [contacts_at_speed(joint, gap, at, state, before.contacts) for joint, gap, before, at in items]
+        items = list(zip(scene.joints, joint_gaps, loads, contract.offsets_of(scene.joints, state.roots), strict=True))
+        contacts = [
+            contract.contacts_at_speed(joint, gap, at, state, before.contacts) for joint, gap, before, at in items
+        ]
         loads = [before._replace(contacts=now) for before, now in zip(loads, contacts, strict=True)]
     _put_root_rates(scene, loads, state, kappa, k, row)
 
@@ -224,7 +209,7 @@ def put_link_signals(scene, pose, loads, motion, o, row):
 @inlined
 def first_signal(scene):
     """Return the column of the first signal of vibration among the observables."""
-    return observable_count(scene.joints) + len(machine.friction_laws(scene.mechanism))
+    return contract.observable_count(scene.joints) + len(machine.friction_laws(scene.mechanism))
 
 
 @inlined
@@ -240,7 +225,7 @@ def differentiate(scene, y, mode, latched, jacobian, stage):
             jacobian[stage, i, column] = slope(kappa * z[n + i])
             jacobian[stage, n + i, column] = slope(kappa * motion.accelerations[i])
         jacobian[stage, 2 * n, column] = slope(kappa)
-        out, state = jacobian[stage, :, column], JointState(z, mode, latched, 2 * n + 1)
+        out, state = jacobian[stage, :, column], contract.JointState(z, mode, latched, 2 * n + 1)
         for c, contact in enumerate(_contacts_of(loads)):
             out[state.roots + c] = 0.0
             if touches(mode[c]):
@@ -309,9 +294,16 @@ def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     pose, joint_gaps, loads, motion = evaluate_motion(parameters, y, mode, latched)
     histories = machine.describe(parameters.mechanism, y, pose, motion)
-    for i, (joint, offsets) in enumerate(zip(parameters.joints, offsets_of(parameters.joints, 0), strict=True)):
-        of_gap = gap_histories(joint, joint_gaps[i], journal_sides[offsets.contact])
-        histories = (*histories, *of_gap, *load_histories(joint, loads[i]), *extra_channels(loads[i].contacts[0]))
+    for i, (joint, offsets) in enumerate(
+        zip(parameters.joints, contract.offsets_of(parameters.joints, 0), strict=True)
+    ):
+        of_gap = contract.gap_histories(joint, joint_gaps[i], journal_sides[offsets.contact])
+        histories = (
+            *histories,
+            *of_gap,
+            *contract.load_histories(joint, loads[i]),
+            *contract.extra_channels(loads[i].contacts[0]),
+        )
     for column, number in enumerate(histories):
         values[column] = number
     if parameters.shaking:
@@ -336,8 +328,8 @@ def samples_of(scene, parameters) -> Entry:
 @inlined
 def loads_of(joints, joint_gaps, state):
     """Return a Load for each joint of the tuple `joints`, with their Gaps."""
-    items = list(zip(joints, joint_gaps, offsets_of(joints, state.roots), strict=True))
-    return tuple([load(joint, gap, offsets, state) for joint, gap, offsets in items])
+    items = list(zip(joints, joint_gaps, contract.offsets_of(joints, state.roots), strict=True))
+    return tuple([contract.load(joint, gap, offsets, state) for joint, gap, offsets in items])
 
 
 # ---------------------------------------------------------------------------------------------- internal states
@@ -347,7 +339,7 @@ def loads_of(joints, joint_gaps, state):
 def _put_rates_of_part(part, contact, offsets, state, kappa, out):
     declared, touching = internal_state(part.law), touches(state.mode[offsets.contact + part.contact])
     if touching or any(number.survives_separation for number in declared):
-        law = with_current_state(part.law, state.y, state.latched, offsets)
+        law = contract.with_current_state(part.law, state.y, state.latched, offsets)
         for i, rate in enumerate(internal_rates(law, contact)):
             present_rate = rate if touching or declared[i].survives_separation else as_type_of(0.0, rate)
             out[offsets.internal + i] = rate_or_slope(kappa * present_rate)
@@ -362,6 +354,6 @@ def put_internal_rates(joints, loads, state, kappa, out):
 
     Out of contact only numbers that are kept over separations have a rate.
     """
-    for number, part, offsets in located_parts(joints, state.roots):
-        if counts_of(part.law).internal:
+    for number, part, offsets in contract.located_parts(joints, state.roots):
+        if contract.counts_of(part.law).internal:
             _put_rates_of_part(part, loads[number].contacts[part.contact], offsets, state, kappa, out)

@@ -10,13 +10,7 @@ from typing import NamedTuple
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, rate_or_slope
 from ...tracing.compiled.family import form_number, inlined, kernel, known
-from ..joints.contract import (
-    contact_modes,
-    every_internal_state,
-    state_kinds_of,
-    total_counts,
-    with_internal_state,
-)
+from ..joints import contract
 from ..laws.contract import TOUCHES, internal_rates, internal_state, is_integrated, touches
 from ..machines.contract import friction_laws, friction_slips, with_friction_laws
 
@@ -51,7 +45,7 @@ def friction_state_count(scene):
 @kernel
 def size_of(scene):
     """Return the number of contacts, the length of the state vector, and the number of latched values."""
-    counts = total_counts(scene.joints)
+    counts = contract.total_counts(scene.joints)
     count = 2 * len(scene.coordinates) + 1 + counts.contact + counts.internal + friction_state_count(scene)
     return counts.contact, count, counts.contact + counts.latched
 
@@ -61,7 +55,7 @@ def every_state(scene) -> list[tuple]:
     scene_form = form_number(scene)
     if scene_form in _STATELESS:
         return []
-    joint_states = every_internal_state(scene.joints) if state_kinds_of(scene).integrated else []
+    joint_states = contract.every_internal_state(scene.joints) if contract.state_kinds_of(scene).integrated else []
     states = joint_states + [
         (NEVER_RESET, declared, initial)
         for law in friction_laws(scene.mechanism)
@@ -79,7 +73,7 @@ _STATELESS: set[int] = set()  # form numbers of scenes whose laws have no integr
 @known
 def _first_states(scene):
     """Return the index of the first internal state of each friction load in the state vector."""
-    counts, sizes = total_counts(scene.joints), map(_state_size, friction_laws(scene.mechanism))
+    counts, sizes = contract.total_counts(scene.joints), map(_state_size, friction_laws(scene.mechanism))
     first = 2 * len(scene.coordinates) + 1 + counts.contact + counts.internal
     return tuple(itertools.accumulate(sizes, initial=first))[:-1]
 
@@ -90,7 +84,7 @@ def with_friction_states(scene, y):
     if not friction_state_count(scene):
         return scene
     laws = list(zip(friction_laws(scene.mechanism), _first_states(scene), strict=True))
-    current = [with_internal_state(law, y, start) if _state_size(law) else law for law, start in laws]
+    current = [contract.with_internal_state(law, y, start) if _state_size(law) else law for law, start in laws]
     return scene._replace(mechanism=with_friction_laws(scene.mechanism, tuple(current)))
 
 
@@ -111,7 +105,7 @@ def put_friction_rates(scene, y, motion, kappa, out):
 @kernel
 def time_scale(scene, y, mode):
     """Return kappa = dt/dtau (s) at the state `y`.  Contacts that do not touch contribute nothing to 1/kappa."""
-    first_root, contacts = 2 * len(scene.coordinates) + 1, total_counts(scene.joints).contact
+    first_root, contacts = 2 * len(scene.coordinates) + 1, contract.total_counts(scene.joints).contact
     if contacts == 0:
         return as_type_of(1.0, y[0])
     if contacts == 1:
@@ -124,7 +118,7 @@ def product_of_other_roots(scene, y, mode, contact):
     """Return the product of the roots of penetration (m^0.5 each) of all touching contacts except `contact`."""
     first_root = 2 * len(scene.coordinates) + 1
     product = as_type_of(1.0, y[first_root])
-    for c in range(total_counts(scene.joints).contact):
+    for c in range(contract.total_counts(scene.joints).contact):
         if c != contact:
             product = product * where(touches(mode[c]), y[first_root + c], 1.0)
     return product
@@ -134,7 +128,7 @@ def product_of_other_roots(scene, y, mode, contact):
 def kappa_per_root_product(scene, y, mode):
     """Return the factor on `product_of_other_roots` that gives kappa over the root if contacts separate one by one."""
     total = as_type_of(0.0, y[2 * len(scene.coordinates) + 1])
-    for c in range(total_counts(scene.joints).contact):
+    for c in range(contract.total_counts(scene.joints).contact):
         total = total + where(touches(mode[c]), product_of_other_roots(scene, y, mode, c), 0.0)
     return 1.0 / where(total != 0.0, scene.sigma * total, 1.0)
 
@@ -164,7 +158,7 @@ def _share_of_corner(scene, y, mode, nearest_corner):
     """Return kappa over the root nearest to zero, times sigma; corners whose roots are both zero separate together."""
     first_root, root_ratios = 2 * len(scene.coordinates) + 1, 0.0
     root = y[first_root + nearest_corner]
-    for c in range(total_counts(scene.joints).contact):
+    for c in range(contract.total_counts(scene.joints).contact):
         if touches(mode[c]) and c != nearest_corner:
             other_root = y[first_root + c]
             root_ratios += root / other_root if other_root != 0.0 else as_type_of(1.0, other_root)
@@ -178,7 +172,11 @@ def kappa_of_corners(scene, y, mode):
     Trial steps beyond that moment reach roots of opposite signs, between which 1/kappa crosses zero.  If a root is
     as far below zero as half of another root is above zero, kappa continues along its tangent.
     """
-    first_root, contacts, nearest_corner = 2 * len(scene.coordinates) + 1, total_counts(scene.joints).contact, -1
+    first_root, contacts, nearest_corner = (
+        2 * len(scene.coordinates) + 1,
+        contract.total_counts(scene.joints).contact,
+        -1,
+    )
     for c in range(contacts):
         if touches(mode[c]) and (nearest_corner < 0 or abs(y[first_root + c]) < abs(y[first_root + nearest_corner])):
             nearest_corner = c
@@ -215,7 +213,7 @@ def _kappa_over_root_of_elements(scene, y, mode, kappa, contact):
 @known
 def touchable_contacts(joints):
     """Return the numbers of all contacts except those that only report."""
-    modes = [modes for joint in joints for modes in contact_modes(joint)]
+    modes = [modes for joint in joints for modes in contract.contact_modes(joint)]
     return tuple(c for c, contact in enumerate(modes) if contact.pressed & TOUCHES)
 
 
@@ -229,7 +227,7 @@ def _has_elements(joints):
 def _kappa_of_several(scene, y, mode):
     if _has_elements(scene.joints):
         return _kappa_of_elements(scene, y, mode)
-    has_corners = total_counts(scene.joints).contact > len(scene.joints)
+    has_corners = contract.total_counts(scene.joints).contact > len(scene.joints)
     return kappa_of_corners(scene, y, mode) if has_corners else _kappa_of_joints(scene, y, mode)
 
 
@@ -238,5 +236,5 @@ def kappa_over_root(scene, y, mode, kappa, contact):
     """Return kappa over the root of penetration of a touching contact, one of several, s/m^0.5."""
     if _has_elements(scene.joints):
         return _kappa_over_root_of_elements(scene, y, mode, kappa, contact)
-    has_corners = total_counts(scene.joints).contact > len(scene.joints)
+    has_corners = contract.total_counts(scene.joints).contact > len(scene.joints)
     return (_kappa_over_root_of_corners if has_corners else _kappa_over_root_of_joints)(scene, y, mode, kappa, contact)

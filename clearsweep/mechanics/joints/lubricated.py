@@ -306,9 +306,7 @@ def _load_lubricated(joint, gap, offsets, state):
 # ---------------------------------------------------------------------------------------------- observables
 
 
-@contract.extra_columns.member(Film, Lubricated)
-def _extra_columns_film_or_lubricated(joint):
-    return FILM_WIDTH
+contract.extra_columns.member(Film, Lubricated)(lambda joint: FILM_WIDTH)
 
 
 @contract.power_lost.member(FilmContact)

@@ -28,42 +28,12 @@ from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ...tracing.compiled.pinned import array_handle, cubic_at, cubic_rows
-from ..laws.contract import (
-    ACTS,
-    END_PASSED,
-    ENTERED,
-    FIRST_STEP,
-    LEFT,
-    MEETS,
-    NEVER,
-    PRESSED,
-    guard_values,
-    guards,
-    guards_of_pieces,
-    latched,
-    touches,
-)
+from ..laws import contract as law_contract
 from ..laws.elastic import elastic_energy, elastic_force, root_parity
 from ..observe import FORCE_ROW, PARTS, QUARTER_POINTS, lagrange
 from ..wear import NoWear, SlidingContact, wear_rate
 from ..wear.bins import record, update_joint_wear
-from .contract import (
-    CONTACT_FIELDS,
-    ContactModes,
-    Load,
-    Part,
-    after_law,
-    contact_modes,
-    gap_histories,
-    guard_quantity,
-    load,
-    load_histories,
-    parts,
-    power_lost,
-    power_stored,
-    repeated_offsets,
-    with_current_state,
-)
+from . import contract
 from .dry import SurfaceMotion, dry_parts, pressed_contact_at
 
 DRIVE, COAST = 1.0, -1.0  # sides of the play
@@ -77,7 +47,7 @@ class Teeth(NamedTuple):
     approach: float  # share of it before the pitch point
     near: float  # m, lever of friction at the pitch point about the first centre; below 0 for inner teeth
     far: float  # m, about the second centre
-    pair: float = NEVER  # number of the pair that carries the force, from the first step of a contact on
+    pair: float = law_contract.NEVER  # number of the pair that carries the force, from the first step of a contact on
 
 
 class Stiffness(NamedTuple):
@@ -131,7 +101,7 @@ class MeshGap(NamedTuple):
 
 FlankContact = NamedTuple(
     "FlankContact",
-    [*CONTACT_FIELDS, *((name, float) for name in ("drag_power", "pitches", "place", "torque", "turned"))],
+    [*contract.CONTACT_FIELDS, *((name, float) for name in ("drag_power", "pitches", "place", "torque", "turned"))],
 )
 FlankContact.__doc__ = """The observables of a flank.
 
@@ -140,47 +110,49 @@ in the direction of the flank's normal; torque : N m, on the first wheel by the 
 """
 
 
-@contact_modes.member(Mesh)
+@contract.contact_modes.member(Mesh)
 def _contact_modes_mesh(joint):
     # an acting contact has located maxima: also of the position in the play, and of the power of the drag
-    return ContactModes(ACTS | MEETS, PRESSED), ContactModes(ACTS | MEETS, PRESSED)
+    return contract.ContactModes(law_contract.ACTS | law_contract.MEETS, law_contract.PRESSED), contract.ContactModes(
+        law_contract.ACTS | law_contract.MEETS, law_contract.PRESSED
+    )
 
 
-@parts.member(Mesh)
+@contract.parts.member(Mesh)
 def _parts_mesh(joint):
     law, friction, teeth = joint.law, joint.friction, joint.teeth
-    pairs = [(Part(teeth, flank),) if type(teeth) in guards.members else () for flank in range(2)]
+    pairs = [(contract.Part(teeth, flank),) if type(teeth) in law_contract.guards.members else () for flank in range(2)]
     return *dry_parts(0, law, friction), *pairs[0], *dry_parts(1, law, friction), *pairs[1]
 
 
-guards.member(Teeth)(guards_of_pieces)
+law_contract.guards.member(Teeth)(law_contract.guards_of_pieces)
 
 
-@guard_values.member(Teeth)
+@law_contract.guard_values.member(Teeth)
 def _guard_values_teeth(teeth, start, contact, root):
-    if teeth.pair == NEVER:
-        return NEVER, NEVER, 1.0
+    if teeth.pair == law_contract.NEVER:
+        return law_contract.NEVER, law_contract.NEVER, 1.0
     passed = contact.guard_quantity - teeth.pair
-    return passed - 1.0, -passed, NEVER
+    return passed - 1.0, -passed, law_contract.NEVER
 
 
-@latched.member(Teeth)
+@law_contract.latched.member(Teeth)
 def _latched_teeth(teeth, event, contact, root):
-    if event in (ENTERED, LEFT):
-        return (NEVER,)
-    if event == FIRST_STEP:
+    if event in (law_contract.ENTERED, law_contract.LEFT):
+        return (law_contract.NEVER,)
+    if event == law_contract.FIRST_STEP:
         return (math.floor(contact.guard_quantity),)
-    return (teeth.pair + (1.0 if event == END_PASSED else -1.0),)
+    return (teeth.pair + (1.0 if event == law_contract.END_PASSED else -1.0),)
 
 
-guard_quantity.member(FlankContact)(lambda contact: contact.pitches)
-power_stored.member(FlankContact)(lambda contact: contact.elastic * contact.rate + contact.turned)
+contract.guard_quantity.member(FlankContact)(lambda contact: contact.pitches)
+contract.power_stored.member(FlankContact)(lambda contact: contact.elastic * contact.rate + contact.turned)
 elastic_force.member(Scaled)(lambda scaled, pen: scaled.factor * elastic_force(scaled.elastic, pen))
 elastic_energy.member(Scaled)(lambda scaled, pen: scaled.factor * elastic_energy(scaled.elastic, pen))
 root_parity.member(Scaled)(lambda scaled: root_parity(scaled.elastic))
 
 
-@power_lost.member(FlankContact)
+@contract.power_lost.member(FlankContact)
 def _power_lost_at_flank(contact):
     return (contact.normal - contact.elastic) * contact.rate + contact.drag_power
 
@@ -189,12 +161,12 @@ def _power_lost_at_flank(contact):
 def flank_offsets(joint, offsets, flank):
     """Return the Offsets of flank number `flank`, from those of the joint."""
     laws = (joint.law, joint.friction, joint.teeth) if joint.teeth else (joint.law, joint.friction)
-    return repeated_offsets(offsets, flank, laws)
+    return contract.repeated_offsets(offsets, flank, laws)
 
 
 @inlined
 def _offsets_of_teeth(joint, at_flank):
-    return after_law(after_law(at_flank, joint.law), joint.friction)
+    return contract.after_law(contract.after_law(at_flank, joint.law), joint.friction)
 
 
 @inlined
@@ -228,14 +200,14 @@ def _flank_contact(joint, gap, offsets, state, number):
     rate = side * gap.v - gap.widening
     drag_power = joint.drag * gap.v * gap.v if number == 0 else as_type_of(0.0, depth)
     zero, speed = as_type_of(0.0, depth), abs(rate)
-    if not touches(state.mode[offsets.contact + number]):
+    if not law_contract.touches(state.mode[offsets.contact + number]):
         return FlankContact(zero, zero, speed, rate, depth, zero, zero, drag_power, zero, zero, zero, zero)
     at_flank = flank_offsets(joint, offsets, number)
     slip = tangential = pitches = place = torque = turned = zero
     if joint.teeth:
-        teeth = with_current_state(joint.teeth, state.y, state.latched, _offsets_of_teeth(joint, at_flank))
+        teeth = contract.with_current_state(joint.teeth, state.y, state.latched, _offsets_of_teeth(joint, at_flank))
         pitches = _pitches(joint, gap.roll, side)
-        pair = where(teeth.pair > NEVER, teeth.pair, math.floor(plain(pitches)))
+        pair = where(teeth.pair > law_contract.NEVER, teeth.pair, math.floor(plain(pitches)))
         place = teeth.pitch * (pitches - pair - teeth.approach)
         slip = _slip(joint, gap, side, place)
     current = joint
@@ -253,7 +225,7 @@ def _flank_contact(joint, gap, offsets, state, number):
     return FlankContact(*observed, pitches, place, torque, turned)
 
 
-@load.member(Mesh)
+@contract.load.member(Mesh)
 def _load_mesh(joint, gap, offsets, state):
     drive, coast = [_flank_contact(joint, gap, offsets, state, number) for number in range(2)]
     driving, parting = drive.normal - coast.normal + joint.drag * gap.v, drive.normal + coast.normal
@@ -261,7 +233,7 @@ def _load_mesh(joint, gap, offsets, state):
     if joint.stiffness:  # a couple of forces on both centres keeps its torque in balance
         torque = drive.torque + coast.torque
         across, moment = driving - torque / (joint.arm_proximal + joint.arm_distal), moment + torque
-    flanks = Load(
+    flanks = contract.Load(
         fx=across * gap.across_x + parting * gap.apart_x,
         fy=across * gap.across_y + parting * gap.apart_y,
         moment_proximal=moment,
@@ -275,7 +247,7 @@ def _load_mesh(joint, gap, offsets, state):
 def _with_friction(joint, gap, load, side, number):
     """Return the Load with the friction of a flank, which acts on the first wheel along the tangent."""
     force, place, (x, y) = load.contacts[number].tangential, load.contacts[number].place, _tangent(gap, side)
-    return Load(
+    return contract.Load(
         fx=load.fx - force * x,
         fy=load.fy - force * y,
         moment_proximal=load.moment_proximal + force * (joint.teeth.near + place),
@@ -284,13 +256,13 @@ def _with_friction(joint, gap, load, side, number):
     )
 
 
-@gap_histories.member(Mesh)
+@contract.gap_histories.member(Mesh)
 def _gap_histories_mesh(joint, gap, side):
     zero = as_type_of(0.0, gap.x)
     return gap.x, zero, gap.v, zero
 
 
-@load_histories.member(Mesh)
+@contract.load_histories.member(Mesh)
 def _load_histories_mesh(joint, load):
     drive, coast = load.contacts
     return drive.normal + coast.normal, as_type_of(0.0, drive.normal)
@@ -335,7 +307,7 @@ def _record_mesh(joint, gap, body_angles, j, instant):
 @update_joint_wear.member(Mesh)
 def _update_joint_wear_mesh(joint, j, step_and_totals):
     for flank in range(2):
-        if touches(step_and_totals[0].mode[j + flank]):
+        if law_contract.touches(step_and_totals[0].mode[j + flank]):
             _update_flank_wear(joint.wear, joint, j, flank, step_and_totals)
 
 

@@ -100,8 +100,6 @@ times the fatigue loads of that ring, see `fatigue_loads`.
 
 contract.power_stored.member(Rings)(lambda rings: rings.inner)
 contract.power_lost.member(Rings)(lambda rings: rings.outer)
-
-
 with_angles.member(Rolling)(gap_with_angles)
 
 

@@ -107,9 +107,7 @@ def load_at_pin(gap, axial, transverse, pin_couple, contact):
     )
 
 
-@load.member(SlotJoint)
-def _load_slot_joint(joint, gap, offsets, state):
-    return load_at_pin(gap, *_contact_load(joint, gap, offsets, state))
+load.member(SlotJoint)(lambda joint, gap, offsets, state: load_at_pin(gap, *_contact_load(joint, gap, offsets, state)))
 
 
 # ---------------------------------------------------------------------------------------------- wear

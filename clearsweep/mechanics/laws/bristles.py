@@ -46,13 +46,7 @@ class Dahl(NamedTuple):
 
 
 friction_force.member(Dahl)(lambda friction, normal, slip: -normal * friction.bristle_stiffness * friction.bend)
-
-
-@settled_state.member(Dahl)
-def _settled_state_dahl(friction, slip):
-    return (friction.coefficient * sign_of(slip) / friction.bristle_stiffness,)
-
-
+settled_state.member(Dahl)(lambda friction, slip: (friction.coefficient * sign_of(slip) / friction.bristle_stiffness,))
 contract.internal_state.member(Dahl)(_bristle_state)
 contract.kinks.member(Dahl)(zero_slip_kink)
 contract.register_kinks(Dahl, contract.slip_variable)

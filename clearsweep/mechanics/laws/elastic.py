@@ -174,9 +174,7 @@ def _power_three_halves(elastic, pen):
     return elastic.stiffness * pen * calculus.sqrt(pen)
 
 
-@elastic_energy.member(PowerThreeHalves)
-def _elastic_energy_power_three_halves(elastic, pen):
-    return 0.4 * elastic.stiffness * pen * pen * calculus.sqrt(pen)
+elastic_energy.member(PowerThreeHalves)(lambda elastic, pen: 0.4 * elastic.stiffness * pen * pen * calculus.sqrt(pen))
 
 
 @force_and_stiffness.member(PowerThreeHalves)

@@ -217,9 +217,7 @@ class Petroff(NamedTuple):
     drag: float  # 2 pi mu R^3 L / c, N m s
 
 
-@shear_couple.member(Petroff)
-def _shear_couple_petroff(shear, motion, rotation):
-    return as_type_of(shear.drag * rotation, motion.ratio)
+shear_couple.member(Petroff)(lambda shear, motion, rotation: as_type_of(shear.drag * rotation, motion.ratio))
 
 
 def petroff_drag(joint) -> float:

@@ -9,27 +9,7 @@ from ...contracts.catalogue import MODEL, Field, Order, declared_law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, family_with_default, kernel
-from .contract import (
-    AT_LIMIT_DOWN,
-    AT_LIMIT_UP,
-    CLIPPED,
-    PRESSED,
-    STICKING,
-    STUCK,
-    UNKNOWN,
-    Guard,
-    current_piece,
-    guard_values,
-    guards,
-    kinks,
-    latched,
-    piece_at,
-    register,
-    register_kinks,
-    register_pieces,
-    require,
-    slip_variable,
-)
+from . import contract
 
 
 @family
@@ -91,7 +71,7 @@ def without_history(friction):
     return Settled(friction) if type(friction) in settled_state.members else friction
 
 
-require("friction", friction_force)
+contract.require("friction", friction_force)
 
 
 class Frictionless(NamedTuple):
@@ -123,7 +103,7 @@ class PiecewiseFriction(NamedTuple):
     """A friction law of a contact, with the piece of the law that applies."""
 
     law: tuple  # a member of `force_in_piece` and, over the sliding speed, of `kinks`
-    piece: float = UNKNOWN
+    piece: float = contract.UNKNOWN
 
 
 @family
@@ -134,13 +114,13 @@ def force_in_piece(law, piece, normal, slip):
 @friction_force.member(PiecewiseFriction)
 def _friction_force_piecewise_friction(friction, normal, slip):
     law = friction.law
-    return force_in_piece(law, current_piece(friction.piece, kinks(law), slip), normal, slip)
+    return force_in_piece(law, contract.current_piece(friction.piece, contract.kinks(law), slip), normal, slip)
 
 
-kinks.member(PiecewiseFriction)(lambda friction: kinks(friction.law))
+contract.kinks.member(PiecewiseFriction)(lambda friction: contract.kinks(friction.law))
 
 
-register_pieces(PiecewiseFriction, slip_variable)
+contract.register_pieces(PiecewiseFriction, contract.slip_variable)
 
 
 def zero_slip_kink(friction):
@@ -152,9 +132,9 @@ def register_force_in_piece(law_type, kink_speeds):
     """Return the decorator that registers the `force_in_piece` of a type of law; kink_speeds : law -> its `kinks`."""
 
     def register(force_function):
-        kinks.member(law_type)(kink_speeds)
+        contract.kinks.member(law_type)(kink_speeds)
         friction_force.member(law_type)(
-            lambda law, normal, slip: force_in_piece(law, piece_at(kinks(law), slip), normal, slip)
+            lambda law, normal, slip: force_in_piece(law, contract.piece_at(contract.kinks(law), slip), normal, slip)
         )
         return force_in_piece.member(law_type)(force_function)
 
@@ -184,7 +164,7 @@ def _friction_force_tanh(friction, normal, slip):
     return -friction.coefficient * normal * math.tanh(slip / friction.velocity_scale)
 
 
-register(
+contract.register(
     declared_law(
         "friction tanh: smooth Coulomb friction",
         "T = -mu N tanh(slip / velocity_scale)",
@@ -196,7 +176,7 @@ register(
 )
 
 
-register(
+contract.register(
     declared_law(
         "friction coulomb: the same as tanh",
         "T = -mu N sgn(slip), the sign smoothed to tanh(slip / velocity_scale)",
@@ -225,7 +205,7 @@ def _force_in_piece_ambrosio(friction, piece, normal, slip):
     return -friction.coefficient * normal * ratio
 
 
-register(
+contract.register(
     declared_law(
         "friction ambrosio: Coulomb friction with a dead band",
         "T = -mu N sgn(slip) min(1, max(0, (|slip| - v0) / (v1 - v0)))",
@@ -262,7 +242,7 @@ def _force_in_piece_threlfall(friction, piece, normal, slip):
     return -friction.coefficient * normal * (sign * ratio)
 
 
-register(
+contract.register(
     declared_law(
         "friction threlfall: Coulomb friction with an exponential rise",
         "T = -mu N sgn(slip) / divisor times 1 - exp(-3 |slip| / velocity_scale) up to velocity_scale, 0.95 above",
@@ -306,7 +286,7 @@ def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
     return -normal * (sign * where(is_rising, parabola, falling))
 
 
-register(
+contract.register(
     declared_law(
         "friction bengisu-akay: static friction that falls to kinetic friction",
         "T = -N sgn(slip) mu_s (1 - (|slip| - v)^2 / v^2) up to v = velocity_scale, "
@@ -342,7 +322,7 @@ def _friction_force_brown_mcphee(friction, normal, slip):
     return -normal * (ratio + friction.viscous * slip)
 
 
-register(
+contract.register(
     declared_law(
         "friction brown-mcphee: smooth friction with the Stribeck effect, all derivatives continuous",
         "T = -N (mu tanh(4 x) + (mu_s - mu) x / (x^2 / 4 + 3/4)^2 + viscous slip), x = slip / stribeck_velocity",
@@ -380,10 +360,10 @@ def stribeck_coefficient(friction, slip):
     return friction.coefficient + (friction.static_coefficient - friction.coefficient) * decay
 
 
-register_kinks(Stribeck, slip_variable)
+contract.register_kinks(Stribeck, contract.slip_variable)
 
 
-kinks.member(Stribeck)(lambda friction: (where(friction.shape == 2.0, math.inf, 0.0),))
+contract.kinks.member(Stribeck)(lambda friction: (where(friction.shape == 2.0, math.inf, 0.0),))
 
 
 @friction_force.member(Stribeck)
@@ -392,7 +372,7 @@ def _friction_force_stribeck(friction, normal, slip):
     return -normal * (ratio * math.tanh(slip / friction.velocity_scale) + friction.viscous * slip)
 
 
-register(
+contract.register(
     declared_law(
         "friction stribeck: smooth friction with the Stribeck effect and a viscous part",
         "T = -N ((mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)) tanh(slip / velocity_scale) + viscous slip)",
@@ -439,21 +419,21 @@ def _static_limit_karnopp(friction):
     return max(friction.static_coefficient, edge_coefficient)  # otherwise released surfaces would stick again at once
 
 
-@guards.member(Karnopp)
+@contract.guards.member(Karnopp)
 def _guards_karnopp(friction):
     return (
-        Guard((PRESSED,), STUCK, at_start=True),
-        Guard(STICKING, PRESSED),
-        Guard((PRESSED,), at_start=True),
-        Guard((CLIPPED,)),
-        Guard((STUCK,), AT_LIMIT_UP),
-        Guard((STUCK,), AT_LIMIT_DOWN),
-        Guard((AT_LIMIT_UP,), STUCK),
-        Guard((AT_LIMIT_DOWN,), STUCK),
+        contract.Guard((contract.PRESSED,), contract.STUCK, at_start=True),
+        contract.Guard(contract.STICKING, contract.PRESSED),
+        contract.Guard((contract.PRESSED,), at_start=True),
+        contract.Guard((contract.CLIPPED,)),
+        contract.Guard((contract.STUCK,), contract.AT_LIMIT_UP),
+        contract.Guard((contract.STUCK,), contract.AT_LIMIT_DOWN),
+        contract.Guard((contract.AT_LIMIT_UP,), contract.STUCK),
+        contract.Guard((contract.AT_LIMIT_DOWN,), contract.STUCK),
     )
 
 
-@guard_values.member(Karnopp)
+@contract.guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
     slip_sign = where(friction.sliding_sign != 0.0, friction.sliding_sign, math.copysign(1.0, start.contact.slip))
     limit = static_limit(friction) * contact.normal
@@ -469,14 +449,14 @@ def _guard_values_karnopp(friction, start, contact, root):
     )
 
 
-@latched.member(Karnopp)
+@contract.latched.member(Karnopp)
 def _latched_karnopp(friction, event, contact, root):
     if event == REVERSES:
         return (-friction.sliding_sign,)
     return (math.copysign(1.0, contact.slip) if event in (SLIPS, DIRECTION_UNKNOWN) else 0.0,)
 
 
-register(
+contract.register(
     declared_law(
         "friction karnopp: stick-slip: below a sliding speed the surfaces stick",
         "above band: T = -N sgn(slip) (mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape) + viscous |slip|); "

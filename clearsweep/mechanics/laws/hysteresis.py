@@ -9,28 +9,17 @@ from typing import NamedTuple
 from ...contracts.case import Joint
 from ...contracts.catalogue import Field, Law, Merit, declared_law, ranged
 from ...tracing.compiled import calculus as math
+from . import loss
 from .bearings import elastic_of_elements
 from .contract import UNKNOWN, compile_law, kinks, rate_variable, register, register_pieces
 from .elastic import elastic_force
-from .loss import (
-    ANY_RESTITUTION,
-    RESTITUTION,
-    always_needs_onset_rate,
-    approach_hysteresis_rebound,
-    approach_rate,
-    exact_factor,
-    hysteresis_rebound,
-    needs_onset_rate,
-    register_contact_force,
-    zero_rate_kink,
-)
 
 
 class Lossless(NamedTuple):
     """Only the elastic force."""
 
 
-@register_contact_force(Lossless, pulls=False, times_elastic=True)
+@loss.register_contact_force(Lossless, pulls=False, times_elastic=True)
 def _lossless(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force, force
@@ -49,13 +38,13 @@ class Hysteresis(NamedTuple):
     factor: float  # chi, 1
 
 
-@register_contact_force(Hysteresis, pulls=False, times_elastic=True)
+@loss.register_contact_force(Hysteresis, pulls=False, times_elastic=True)
 def _hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + force * (law.factor / onset_rate) * rate, force
 
 
-needs_onset_rate.member(Hysteresis)(always_needs_onset_rate)
+loss.needs_onset_rate.member(Hysteresis)(loss.always_needs_onset_rate)
 FORCE_FORMULA = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
@@ -67,7 +56,7 @@ def register_factor_law(
         Law("law", name, summary, f"{FORCE_FORMULA}{chi_text}", source, (field,), uses_onset=True, **further),
         (Hysteresis,),
         lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
-        free_restitution=lambda e: hysteresis_rebound(chi(e)),
+        free_restitution=lambda e: loss.hysteresis_rebound(chi(e)),
     )
 
 
@@ -77,7 +66,7 @@ class RateFactor(NamedTuple):
     factor: float  # s/m
 
 
-@register_contact_force(RateFactor, pulls=False, times_elastic=True)
+@loss.register_contact_force(RateFactor, pulls=False, times_elastic=True)
 def _rate_factor(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + force * law.factor * rate, force
@@ -107,7 +96,8 @@ def _restitution_by_speed(joint: Joint) -> dict[str, tuple[float, str]]:
     if factor is None:
         return {}
     return {
-        f"contact.restitution at {speed:g} m/s": (hysteresis_rebound(factor * speed), "1") for speed in PRINTED_SPEEDS
+        f"contact.restitution at {speed:g} m/s": (loss.hysteresis_rebound(factor * speed), "1")
+        for speed in PRINTED_SPEEDS
     }
 
 
@@ -128,7 +118,7 @@ register(
         f"{FORCE_FORMULA}3 (1 - e) / 2; or F = F_elastic (1 + (damping / stiffness) rate)",
         "Hunt & Crossley 1975, J. Appl. Mech. 42:440, eqs. 6 and 9",
         (
-            ANY_RESTITUTION._replace(optional=True),
+            loss.ANY_RESTITUTION._replace(optional=True),
             GIVEN_DAMPER._replace(name="damping", unit="N*s/m^exponent+1", text=f"{DAMPING_TEXT}; `elastic: power`"),
             GIVEN_DAMPER._replace(text=f"{DAMPING_TEXT}, over K"),
         ),
@@ -140,7 +130,7 @@ register(
     ),
     (Hysteresis, RateFactor),
     _make_hunt_crossley,
-    free_restitution=lambda e: None if e is None else hysteresis_rebound(_hunt_crossley_chi(e)),
+    free_restitution=lambda e: None if e is None else loss.hysteresis_rebound(_hunt_crossley_chi(e)),
     derived=_restitution_by_speed,
 )
 
@@ -150,7 +140,7 @@ register_factor_law(
     "for restitution near 1",
     "6 (1 - e) / ((2 e - 1)^2 + 3)",
     "after Herbert & McWhannell 1977, J. Eng. Ind. 99:513",
-    ANY_RESTITUTION,
+    loss.ANY_RESTITUTION,
     lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0),
     notes="Second-order exact as e -> 1; the restitution is never below 0.488.",
 )
@@ -161,7 +151,7 @@ register_factor_law(
     "half the loss of hunt-crossley",
     "3 (1 - e) / 4",
     "after Lee & Wang 1983, J. Mech. Transm. Autom. Des. 105:534",
-    ANY_RESTITUTION,
+    loss.ANY_RESTITUTION,
     lambda e: 0.75 * (1.0 - e),
     notes="Half of the correct dissipation as e -> 1; the restitution is never below 0.663.",
 )
@@ -172,7 +162,7 @@ register_factor_law(
     "hysteresis for restitution near 1",
     "3 (1 - e^2) / 4",
     "Lankarani & Nikravesh 1990, J. Mech. Des. 112:369",
-    ANY_RESTITUTION,
+    loss.ANY_RESTITUTION,
     lambda e: 0.75 * (1.0 - e * e),
     notes="First-order exact as e -> 1; below about 0.9 the restitution is too large, never below 0.663.",
 )
@@ -183,7 +173,7 @@ register_factor_law(
     "for the whole range of restitution, in its approximate form",
     "(1 - e^2) / e",
     "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, approximate form",
-    RESTITUTION,
+    loss.RESTITUTION,
     lambda e: (1.0 - e * e) / e,
     notes="Off by up to 4.3 %, a third too dissipative as e -> 1; gonthier-exact is not.",
 )
@@ -194,8 +184,8 @@ register_factor_law(
     "has exactly the specified restitution",
     "the root of (1 + chi) / (1 - e chi) = exp(chi (1 + e))",
     "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, before its approximation",
-    RESTITUTION,
-    exact_factor,
+    loss.RESTITUTION,
+    loss.exact_factor,
     notes="The same as `exact`.",
 )
 
@@ -205,7 +195,7 @@ register_factor_law(
     "the loss of lankarani-nikravesh, raised for small restitution",
     "(3/4) (1 - e^2) exp(2 (1 - e))",
     "after Zhiying & Qishao 2006, J. Dyn. Control 4:294",
-    ANY_RESTITUTION,
+    loss.ANY_RESTITUTION,
     lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e)),
     notes="First-order exact as e -> 1; the restitution is never below 0.179.",
 )
@@ -216,7 +206,7 @@ register_factor_law(
     "for the whole range of restitution",
     "8 (1 - e) / (5 e)",
     "Flores, Machado, Silva & Martins 2011, Multibody Syst. Dyn. 25:357",
-    RESTITUTION,
+    loss.RESTITUTION,
     lambda e: 1.6 * (1.0 - e) / e,
     notes="6.7 % too dissipative as e -> 1.",
 )
@@ -227,7 +217,7 @@ register_factor_law(
     "accurate for a restitution above 0.6",
     "3 (1 - e) / (2 e)",
     "after Hu & Guo 2015, Multibody Syst. Dyn. 35:131",
-    RESTITUTION,
+    loss.RESTITUTION,
     lambda e: 1.5 * (1.0 - e) / e,
     notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in use; its restitution is "
     "about (1 + e) / 2.",
@@ -239,7 +229,7 @@ register_factor_law(
     "for small restitution",
     "5 (1 - e) / (4 e)",
     "after Safaeifar & Farshidianfar 2020, Multibody Syst. Dyn. 50",
-    RESTITUTION,
+    loss.RESTITUTION,
     lambda e: 1.25 * (1.0 - e) / e,
     notes="Its loss is a sixth too small as e -> 1; not compared with the paper.",
 )
@@ -250,7 +240,7 @@ register_factor_law(
     "a rational function, nearly exact above 0.4",
     "3 (1 - e) (11 - e) / (2 (1 + 9 e))",
     "after Carvalho & Martins 2019, Mech. Mach. Theory 139:174",
-    ANY_RESTITUTION,
+    loss.ANY_RESTITUTION,
     lambda e: 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e),
     notes="Within 0.04 % of the specified restitution at 0.5 and above; not valid below 0.2; the restitution is "
     "never below 0.061.",
@@ -262,7 +252,7 @@ register_factor_law(
     "hu-guo's loss, made for a linear spring",
     "3 (1 - e) / (2 e)",
     "after Ye, Li & Zhu 2009, Earthq. Eng. Eng. Vib. 8:433",
-    RESTITUTION,
+    loss.RESTITUTION,
     lambda e: 1.5 * (1.0 - e) / e,
     notes="The paper's elastic force is linear: write `exponent: 1` with the stiffness in N/m.  The restitution "
     "does not depend on the exponent.",
@@ -274,7 +264,7 @@ register_factor_law(
     "for small restitution",
     "1 / e",
     "after Gharib & Hurmuzlu 2012, J. Appl. Mech. 79:064506; as reported by others, not compared with the paper",
-    RESTITUTION,
+    loss.RESTITUTION,
     lambda e: 1.0 / e,
     notes="Within 1.5 % of the specified restitution up to 0.2, 18 % too small at 0.5, and never above 0.594, even "
     "if 1 is specified.",
@@ -286,8 +276,8 @@ register_factor_law(
     "has exactly the specified restitution",
     "the root of ln((1 + chi) / (1 - e chi)) = chi (1 + e)",
     "phase curve of the free impact; the exact form of Gonthier et al. 2004, Multibody Syst. Dyn. 11:209",
-    RESTITUTION,
-    exact_factor,
+    loss.RESTITUTION,
+    loss.exact_factor,
     notes="The recommended law: a free impact has the specified restitution for any elastic force, mass and speed.",
     merit=Merit(1, "a free impact has the specified restitution for any elastic law, mass and speed"),
 )
@@ -301,16 +291,16 @@ class ApproachHysteresis(NamedTuple):
 
 
 register_pieces(ApproachHysteresis, rate_variable)
-kinks.member(ApproachHysteresis)(zero_rate_kink)
+kinks.member(ApproachHysteresis)(loss.zero_rate_kink)
 
 
-@register_contact_force(ApproachHysteresis, pulls=False, times_elastic=True)
+@loss.register_contact_force(ApproachHysteresis, pulls=False, times_elastic=True)
 def _approach_hysteresis(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
-    return force + force * (law.factor / onset_rate) * approach_rate(law.piece, rate), force
+    return force + force * (law.factor / onset_rate) * loss.approach_rate(law.piece, rate), force
 
 
-needs_onset_rate.member(ApproachHysteresis)(always_needs_onset_rate)
+loss.needs_onset_rate.member(ApproachHysteresis)(loss.always_needs_onset_rate)
 
 
 def approach_only_factor(e: float) -> float:
@@ -323,12 +313,12 @@ register(
         "law pant-wijeyewickrema: loss only during the approach, made for a linear spring",
         "F = F_elastic (1 + chi rate / onset_rate) while rate > 0, else F_elastic; chi = 3 (1 - e^2) / (2 e^2)",
         "after Pant & Wijeyewickrema 2012, Earthq. Eng. Struct. Dyn. 41:1709",
-        (RESTITUTION,),
+        (loss.RESTITUTION,),
         notes="Damped only while the bodies approach.  With damping in both phases, as also published, the "
         "restitution would be 0.22 instead of 0.5.  The paper's elastic force is linear: write `exponent: 1`.",
         uses_onset=True,
     ),
     (ApproachHysteresis,),
     lambda joint: ApproachHysteresis(approach_only_factor(joint.contact.values["restitution"])),
-    free_restitution=lambda e: approach_hysteresis_rebound(approach_only_factor(e)),
+    free_restitution=lambda e: loss.approach_hysteresis_rebound(approach_only_factor(e)),
 )

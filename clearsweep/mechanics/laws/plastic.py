@@ -7,18 +7,8 @@ from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
-from . import contract
+from . import contract, loss
 from .elastic import elastic_force, plane_strain_modulus, relative_radius
-from .loss import (
-    RESTITUTION,
-    always_needs_onset_rate,
-    approach_damping_rebound,
-    approach_rate,
-    damping_ratio,
-    needs_onset_rate,
-    register_contact_force,
-    zero_rate_kink,
-)
 
 MIN_DEPTH = 1e-12  # m, least recorded depth of a yielding contact
 RELOAD_FACTOR = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
@@ -37,7 +27,7 @@ class Plastic(NamedTuple):
     deepest: float = 0.0  # m, deepest penetration of the last loading; 0 during loading
 
 
-@register_contact_force(Plastic, pulls=False, times_elastic=True)
+@loss.register_contact_force(Plastic, pulls=False, times_elastic=True)
 def _plastic(law, elastic, pen, rate, onset_rate):
     fraction = law.returned_fraction if onset_rate > law.yield_rate else 1.0
     if law.deepest < MIN_DEPTH:
@@ -48,7 +38,7 @@ def _plastic(law, elastic, pen, rate, onset_rate):
     return force, max(force, 0.0)
 
 
-needs_onset_rate.member(Plastic)(always_needs_onset_rate)
+loss.needs_onset_rate.member(Plastic)(loss.always_needs_onset_rate)
 
 
 class YieldingSphere(NamedTuple):
@@ -118,7 +108,7 @@ def unloading_fit(x, force_power):
     return Unloading(recovered, exponent, (force_power + 1.0) * share + share_slope)
 
 
-@register_contact_force(YieldingSphere, pulls=False, times_elastic=True)
+@loss.register_contact_force(YieldingSphere, pulls=False, times_elastic=True)
 def _yielding_sphere(law, elastic, pen, rate, onset_rate):
     is_loading = law.deepest < MIN_DEPTH
     deepest_now = pen if is_loading else as_type_of(law.deepest, pen)
@@ -183,7 +173,7 @@ contract.register(
         "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; pen_p such that a free impact loses (1 - e^2) m v0^2 "
         "/ 2",
         (
-            RESTITUTION,
+            loss.RESTITUTION,
             ranged("yield_rate", "m/s", "onset rate up to which the contact is elastic", "[0, inf)", default=0.0),
         ),
         notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  With a "
@@ -254,7 +244,7 @@ class RootDamper(NamedTuple):
     damping: float  # d, kg^0.5: sqrt(F_elastic / pen) is the root of a stiffness
 
 
-@register_contact_force(RootDamper, pulls=True, times_elastic=False)
+@loss.register_contact_force(RootDamper, pulls=True, times_elastic=False)
 def _root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     root_stiffness = (
@@ -266,7 +256,7 @@ def _root_damper(law, elastic, pen, rate, onset_rate):
 def _make_tsuji(joint):
     parameters = joint.contact.values
     # Hertz's exponent if the elastic force is not a power law
-    alpha = math.sqrt(2.0 * (parameters.get("exponent", 1.5) + 1.0)) * damping_ratio(parameters["restitution"])
+    alpha = math.sqrt(2.0 * (parameters.get("exponent", 1.5) + 1.0)) * loss.damping_ratio(parameters["restitution"])
     return RootDamper(alpha * math.sqrt(parameters["mass"]))
 
 
@@ -276,7 +266,7 @@ contract.register(
         "F = F_elastic + alpha sqrt(mass F_elastic / pen) rate, alpha = -sqrt(2 (n + 1)) ln e / sqrt(pi^2 + ln(e)^2); "
         "for n = 1.5: F = K pen^1.5 + alpha sqrt(mass K) pen^0.25 rate with sqrt(5) in alpha",
         "Tsuji, Tanaka & Ishida 1992, Powder Technol. 71:239; alpha by Antypov & Elliott 2011, EPL 94:50004",
-        (RESTITUTION, MASS),
+        (loss.RESTITUTION, MASS),
         notes="Pulls before the surfaces part, and is not clipped: the restitution applies for a release at zero "
         "penetration.  Exact for elastic: power; elsewhere n = 1.5 is in alpha.",
     ),
@@ -294,14 +284,14 @@ class ApproachRootDamper(NamedTuple):
 
 
 contract.register_pieces(ApproachRootDamper, contract.rate_variable)
-contract.kinks.member(ApproachRootDamper)(zero_rate_kink)
+contract.kinks.member(ApproachRootDamper)(loss.zero_rate_kink)
 
 
-@register_contact_force(ApproachRootDamper, pulls=False, times_elastic=False)
+@loss.register_contact_force(ApproachRootDamper, pulls=False, times_elastic=False)
 def _approach_root_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     root_stiffness = math.sqrt(force / pen) if pen > 0.0 else 0.0
-    return force + law.damping * root_stiffness * approach_rate(law.piece, rate), force
+    return force + law.damping * root_stiffness * loss.approach_rate(law.piece, rate), force
 
 
 def jankowski_ratio(e: float) -> float:
@@ -320,12 +310,12 @@ contract.register(
         "F = F_elastic + 2 xi sqrt(mass F_elastic / pen) rate while rate > 0, else F_elastic; "
         "xi = (9 sqrt(5) / 2) (1 - e^2) / (e (e (9 pi - 16) + 16))",
         "after Jankowski 2005, Earthq. Eng. Struct. Dyn. 34:595, and 2006, 35:517",
-        (RESTITUTION, MASS),
+        (loss.RESTITUTION, MASS),
         notes="Made for an exponent of 1.5; within 7 % of the specified restitution from 0.1 on, 1.1 % from 0.5 on.",
     ),
     (ApproachRootDamper,),
     _make_jankowski,
-    free_restitution=lambda e: approach_damping_rebound(2.0 * jankowski_ratio(e) / math.sqrt(5.0)),
+    free_restitution=lambda e: loss.approach_damping_rebound(2.0 * jankowski_ratio(e) / math.sqrt(5.0)),
 )
 
 # ---------------------------------------------------------------------------------------------- constant damping
@@ -342,12 +332,12 @@ class PullingSpring(NamedTuple):
     damping: float  # c, N s/m
 
 
-register_contact_force(PullingSpring, pulls=True, times_elastic=False)(_viscous_spring)
+loss.register_contact_force(PullingSpring, pulls=True, times_elastic=False)(_viscous_spring)
 
 
 def _make_anagnostopoulos(joint):
     parameters = joint.contact.values
-    zeta = damping_ratio(parameters["restitution"])
+    zeta = loss.damping_ratio(parameters["restitution"])
     return PullingSpring(2.0 * zeta * math.sqrt(parameters["stiffness"] * parameters["mass"]))
 
 
@@ -356,7 +346,7 @@ contract.register(
         "law anagnostopoulos: linear spring and damper from the restitution",
         "F = k pen + c rate, c = 2 zeta sqrt(k mass), zeta = -ln e / sqrt(pi^2 + ln(e)^2)",
         "Anagnostopoulos 1988, Earthq. Eng. Struct. Dyn. 16:443, and 2004, 33:897",
-        (SPRING, RESTITUTION, MASS),
+        (SPRING, loss.RESTITUTION, MASS),
         uses_elastic=False,
         notes="The force jumps to c times the onset rate at contact, pulls before the surfaces part and is not "
         "clipped.  The restitution applies for a release at zero penetration.  The law kelvin-voigt with the same "
@@ -389,7 +379,7 @@ class ViscousSpring(NamedTuple):
     damping: float  # c, N s/m
 
 
-register_contact_force(ViscousSpring, pulls=False, times_elastic=False)(_viscous_spring)
+loss.register_contact_force(ViscousSpring, pulls=False, times_elastic=False)(_viscous_spring)
 
 
 contract.register(
@@ -428,7 +418,7 @@ class RootViscous(NamedTuple):
     damping: float  # g, N s/m^1.5
 
 
-@register_contact_force(RootViscous, pulls=False, times_elastic=False)
+@loss.register_contact_force(RootViscous, pulls=False, times_elastic=False)
 def _root_viscous(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     return force + law.damping * math.sqrt(pen) * rate, force
@@ -460,7 +450,7 @@ contract.register_pieces(SteppedDamper, contract.penetration_variable)
 contract.kinks.member(SteppedDamper)(lambda law: (law.depth,))
 
 
-@register_contact_force(SteppedDamper, pulls=False, times_elastic=False)
+@loss.register_contact_force(SteppedDamper, pulls=False, times_elastic=False)
 def _stepped_damper(law, elastic, pen, rate, onset_rate):
     force = elastic_force(elastic, pen)
     x = where(contract.current_piece(law.piece, contract.kinks(law), pen) == 0.0, pen / law.depth, 1.0)

@@ -2,31 +2,20 @@
 
 import math
 
+from ...contracts import catalogue
 from ...contracts.case import Case
-from ...contracts.catalogue import (
-    CHOICE,
-    FULL_OUTLINE,
-    Choice,
-    Field,
-    JointSite,
-    Keys,
-    Mechanism,
-    Outline,
-    Output,
-    ranged,
-)
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
 from .described import mounts_of
 from .drives import make_drive, with_visited_angles
 from .loads import LoadPoints, make_loads
 
-_LENGTH = Field("length", "m", "distance between the two pins of the body")
+_LENGTH = catalogue.Field("length", "m", "distance between the two pins of the body")
 _LINK = (
     _LENGTH,
-    ranged("mass", "kg", "mass of the body", "[0, inf)"),
-    ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
-    ranged(
+    catalogue.ranged("mass", "kg", "mass of the body", "[0, inf)"),
+    catalogue.ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
+    catalogue.ranged(
         "center",
         "m",
         "distance from the first pin (of the rocker: its ground pivot) to the centre of mass; default: half the length",
@@ -35,15 +24,15 @@ _LINK = (
     ),
 )
 _SITES = (
-    JointSite("ground-crank", "ground", "crank"),
-    JointSite("crank-coupler", "crank", "coupler"),
-    JointSite("coupler-rocker", "coupler", "rocker", journal="coupler"),
-    JointSite("rocker-ground", "rocker", "ground", journal="rocker"),
+    catalogue.JointSite("ground-crank", "ground", "crank"),
+    catalogue.JointSite("crank-coupler", "crank", "coupler"),
+    catalogue.JointSite("coupler-rocker", "coupler", "rocker", journal="coupler"),
+    catalogue.JointSite("rocker-ground", "rocker", "ground", journal="rocker"),
 )
 _BODIES = ("ground", "crank", "coupler", "rocker")
-_OUTPUT = Output("rocker", "rad")
+_OUTPUT = catalogue.Output("rocker", "rad")
 _OUTPUT_CHANNELS = ("place", "speed", "acceleration")
-_BRANCH = Choice(
+_BRANCH = catalogue.Choice(
     "branch",
     ("open", "crossed"),
     "side of the line from crank pin to rocker pivot on which the coupler's pin is; open: left, crossed: right",
@@ -51,28 +40,28 @@ _BRANCH = Choice(
 )
 
 
-def _keys(outline: Outline) -> tuple[Keys, ...]:
+def _keys(outline: catalogue.Outline) -> tuple[catalogue.Keys, ...]:
     return (
-        Keys(
+        catalogue.Keys(
             "mechanism.ground",
             "fixed link, with the crank's pivot at the origin and the rocker's pivot at (length, 0)",
             (_LENGTH,),
-            role=CHOICE,
+            role=catalogue.CHOICE,
         ),
         *(
             section
             for body in _BODIES[1:]
             for section in (
-                Keys(f"mechanism.{body}", f"the {body}", _LINK, role=CHOICE),
+                catalogue.Keys(f"mechanism.{body}", f"the {body}", _LINK, role=catalogue.CHOICE),
                 *described.elastic_keys(f"mechanism.{body}", outline),
             )
         ),
         described.gravity_section(outline),
-        Keys("mechanism", "", words=(_BRANCH,), role=CHOICE),
+        catalogue.Keys("mechanism", "", words=(_BRANCH,), role=catalogue.CHOICE),
     )
 
 
-def with_outline(outline: Outline) -> Mechanism:
+def with_outline(outline: catalogue.Outline) -> catalogue.Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
     joints = tuple(site.name for site in _SITES)
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints, (joints[0], joints[-1]))
@@ -125,7 +114,7 @@ def machine(case: Case) -> Machine:
     return described.with_sideways_gravity(Machine(*parts), values)
 
 
-MECHANISM = Mechanism(
+MECHANISM = catalogue.Mechanism(
     "four-bar",
     "crank, coupler and rocker; clearance in any of its four revolute joints",
     "Newton-Euler; ideal: the triangle of coupler, rocker and the line from crank pin to rocker pivot",
@@ -133,7 +122,7 @@ MECHANISM = Mechanism(
     "The crank turns fully where ground, crank, coupler and rocker let it (Grashof).",
     bodies=_BODIES,
     joints=_SITES,
-    keys=_keys(FULL_OUTLINE),
+    keys=_keys(catalogue.FULL_OUTLINE),
     channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,

@@ -77,6 +77,4 @@ contract.impact_masses.member(ImpactPair)(lambda mechanism, pose, joint_gaps: (m
 contract.energy.member(ImpactPair)(lambda mechanism, pose: (0.5 * mechanism.mass * pose.v * pose.v, 0.0))
 contract.body_angles.member(ImpactPair)(lambda mechanism, y: ((0.0, 0.0),))
 contract.output_error.member(ImpactPair)(lambda mechanism, pose: (0.0, 0.0))
-
-
 contract.describe.member(ImpactPair)(lambda mechanism, y, pose, motion: (y[2], pose.x, pose.v))

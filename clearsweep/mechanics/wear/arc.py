@@ -20,20 +20,8 @@ from ...tracing.compiled.choosing import bits_of, lane_range, number_of, rolled_
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ...tracing.memory import Rows
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
+from .. import wear
 from ..observe import KAPPA_ROW, PARTS, SLIP_ROW
-from . import (
-    CLASSES,
-    RESOLVED_WIDTH,
-    Account,
-    SlidingContact,
-    arc_width,
-    cumulative_pressure,
-    half_arc,
-    local_clearance,
-    peak_over_mean,
-    pressure_integral_over_load,
-    wear_rate,
-)
 
 DEGREE = 6  # of the polynomials over the fraction of the step, as many as its stages determine
 POINTS = 8  # vector width, and sufficient for the DEGREE
@@ -174,7 +162,7 @@ def row_sum(row):
 @inlined
 def clearance_at(joint, workspace, x):
     """Return the difference (m) of the radii of curvature of the surfaces at the fraction `x` (0 to 1) of the step."""
-    return local_clearance(
+    return wear.local_clearance(
         joint,
         evaluate_polynomial(workspace.step.bearing_angle, x),
         evaluate_polynomial(workspace.step.journal_angle, x),
@@ -186,9 +174,9 @@ def sliding_contact_of(joint, values, sliding_distance, clearance):
     """Return the SlidingContact of a joint from its profiles' values at one time, in the order of the profiles."""
     (load, _, sliding_speed, depth, friction_power), pressure = values, joint.wear.pressure
     load, sliding_speed, friction_power = max(load, 0.0), abs(sliding_speed), max(friction_power, 0.0)
-    sliding = SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, 0.0, clearance, 0.0)
-    half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
-    load_sum = pressure_integral_over_load(pressure, half_angle)
+    sliding = wear.SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, 0.0, clearance, 0.0)
+    half_angle = wear.half_arc(pressure, joint, joint.bearing_radius, sliding)
+    load_sum = wear.pressure_integral_over_load(pressure, half_angle)
     return sliding._replace(pressure_integral=load * load_sum, half_angle=half_angle)
 
 
@@ -230,13 +218,13 @@ def evaluate_arc(joint, workspace, step_length, low, high):
     for i in lane_range(POINTS):
         x = span_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
-        bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
+        bearing_rate, journal_rate = wear.wear_rate(joint.wear, sliding)
         duration = step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace.step.kappa, x), 0.0)
-        half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
+        half_angle = wear.half_arc(pressure, joint, joint.bearing_radius, sliding)
         # not at an onset or a separation, where there is no load either
         per_width = where(half_angle > SMALLEST_ARC, 0.5 / max(half_angle, SMALLEST_HALF_ANGLE), 0.0)
         mean_pressure = per_width * per_bearing_radius * sliding.pressure_integral
-        pressures = mean_pressure, mean_pressure * peak_over_mean(pressure, half_angle)
+        pressures = mean_pressure, mean_pressure * wear.peak_over_mean(pressure, half_angle)
         write_pressure(workspace, i, pressures, sliding.sliding_speed, duration)
         _write_arc(
             workspace.bearing,
@@ -245,7 +233,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
             evaluate_polynomial(workspace.step.bearing_angle, x),
             half_angle,
         )
-        half_angle = half_arc(pressure, joint, joint.journal_radius, sliding)
+        half_angle = wear.half_arc(pressure, joint, joint.journal_radius, sliding)
         _write_arc(
             workspace.journal,
             i,
@@ -347,7 +335,7 @@ def write_wear_before_passed_edges(pressure, rows, end, edge, width):
             x = time_passed + (end_time - time_passed) * SMOOTHED_NODES[j]
             offset = angle - evaluate_polynomial(rows.middle_polynomial, x)
             half_angle = max(evaluate_polynomial(rows.half_polynomial, x), SMALLEST_HALF_ANGLE)
-            fraction = cumulative_pressure(pressure, -end * offset / half_angle, half_angle)
+            fraction = wear.cumulative_pressure(pressure, -end * offset / half_angle, half_angle)
             total += SMOOTHED_WEIGHTS[j] * evaluate_polynomial(rows.rate, x) * fraction
         rows.worn[k] = total_area - end * abs(end_time - time_passed) * total
 
@@ -388,7 +376,7 @@ def wear_before_edge_in_span(pressure, rows, edge, region, span):
     for i in lane_range(POINTS):
         position = low + length * SMOOTHED_NODES[i]
         half_angle = max(evaluate_polynomial(rows.half_polynomial, position), SMALLEST_HALF_ANGLE)
-        fraction = cumulative_pressure(
+        fraction = wear.cumulative_pressure(
             pressure, (edge - evaluate_polynomial(rows.middle_polynomial, position)) / half_angle, half_angle
         )
         rows.term[i] = (
@@ -479,18 +467,16 @@ def account_pressure(joint, workspace, account):
                 account.pv_beyond += workspace.step.duration[i]
 
 
-@arc_width.member(None)
-def _default_arc_width(joint, workspace, i):
-    return 2.0 * workspace.bearing.half[i]
+wear.arc_width.member(None)(lambda joint, workspace, i: 2.0 * workspace.bearing.half[i])
 
 
 @kernel
 def _narrow_fraction(joint, workspace):
     """Return the fraction of a span's time with an arc below five bins: width and clock are linear between nodes."""
-    limit, narrow, whole = RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins, 0.0, 0.0
-    before, rate = arc_width(joint, workspace, 0) - limit, workspace.step.duration[0] * INVERSE_WEIGHTS[0]
+    limit, narrow, whole = wear.RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins, 0.0, 0.0
+    before, rate = wear.arc_width(joint, workspace, 0) - limit, workspace.step.duration[0] * INVERSE_WEIGHTS[0]
     for i in range(1, POINTS):
-        after, next_rate = arc_width(joint, workspace, i) - limit, workspace.step.duration[i] * INVERSE_WEIGHTS[i]
+        after, next_rate = wear.arc_width(joint, workspace, i) - limit, workspace.step.duration[i] * INVERSE_WEIGHTS[i]
         low, high = min(before, after), max(before, after)
         if low < 0.0:
             part, at_low = low / (low - high) if high > 0.0 else 1.0, rate if before < after else next_rate
@@ -514,7 +500,9 @@ def account_span(joint, workspace, account, length_fraction):
         bearing = workspace.bearing.area[i]
         journal = workspace.journal.area[i]
         volume = joint.bearing_radius * bearing + joint.journal_radius * journal
-        account.numbers[Account.SIZE + width_class(arc_width(joint, workspace, i))] += length_fraction * volume
+        account.numbers[wear.Account.SIZE + width_class(wear.arc_width(joint, workspace, i))] += (
+            length_fraction * volume
+        )
 
 
 @inlined
@@ -523,4 +511,4 @@ def width_class(width):
     ratio = 2.0 * math.pi / max(width, 1e-300)
     exponent = (bits_of(ratio) >> 52) - 1023
     mantissa = ratio * number_of((1023 - exponent) << 52)  # 1 to 2
-    return min(max(2 * exponent + (1 if mantissa >= math.sqrt(2.0) else 0), 0), CLASSES - 1)
+    return min(max(2 * exponent + (1 if mantissa >= math.sqrt(2.0) else 0), 0), wear.CLASSES - 1)

@@ -18,17 +18,8 @@ from ...tracing.compiled.choosing import lane_range, rolled_range
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ...tracing.memory import Rows
 from ...tracing.portable import exact, inverse
+from .. import observe
 from ..laws.contract import touches
-from ..observe import (
-    FORCE_ROW,
-    FRICTION_POWER_ROW,
-    KAPPA_ROW,
-    PARTS,
-    QUARTER_POINTS,
-    SLIP_ROW,
-    STATE_POINTS,
-    STEP_VALUE_ROWS,
-)
 from . import (
     Account,
     Bins,
@@ -185,16 +176,16 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
     workspace : Workspace with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
     + 1), from which the sliding speed is read; bins : of both bodies.
     """
-    for i in lane_range(PARTS):  # the row of the durations is free until a span is added
-        workspace.step.duration[i] = values[SLIP_ROW, i] * values[SLIP_ROW, i + 1]
+    for i in lane_range(observe.PARTS):  # the row of the durations is free until a span is added
+        workspace.step.duration[i] = values[observe.SLIP_ROW, i] * values[observe.SLIP_ROW, i + 1]
     low, reverses = 0.0, arc.range_of_row(workspace.step.duration)[0] < 0.0
-    for i in rolled_range(0 if reverses else PARTS, PARTS + 1):
+    for i in rolled_range(0 if reverses else observe.PARTS, observe.PARTS + 1):
         high = 1.0
-        if i < PARTS:
-            a, b = values[SLIP_ROW, i], values[SLIP_ROW, i + 1]
+        if i < observe.PARTS:
+            a, b = values[observe.SLIP_ROW, i], values[observe.SLIP_ROW, i + 1]
             if a * b >= 0.0:
                 continue
-            high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
+            high = (i + a / (a - b)) / observe.PARTS  # where sliding reverses, its speed has a kink
         update_wear_over_span(joint, workspace, step_length, (low, high), bins)
         arc.account_span(joint, workspace, account.sums, account.length_fraction)
         low = high
@@ -357,12 +348,12 @@ def _add_depth(bins, first_bin, count, depth):
 
 
 ANGLES = (
-    QUARTER_POINTS + 4
+    observe.QUARTER_POINTS + 4
 )  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
 POSITIONS = 3  # such profiles of a contact: its angles on both bodies (rad) and, of worn surfaces, its depth (m)
 SLOPES = POSITIONS  # of these profiles, per fraction of the step; `record` writes the rates per second
 _FIRST_POSITION = arc.StepRows.index_of("bearing_angle")  # row of the workspace
-_QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
+_QUARTERS = np.arange(observe.QUARTER_POINTS + 2) / (observe.QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, arc.POINTS))
 _AT_QUARTERS = [[quarter**i for i in range(arc.DEGREE + 1)] for quarter in _QUARTERS.tolist()]
@@ -392,7 +383,7 @@ class StripRows(Rows):
     depth_integral: float  # m^2
 
 
-RECORDED_SIZE = (POSITIONS + SLOPES + AxialRows.SIZE) * STATE_POINTS  # numbers stored per contact
+RECORDED_SIZE = (POSITIONS + SLOPES + AxialRows.SIZE) * observe.STATE_POINTS  # numbers stored per contact
 
 
 class Step(NamedTuple):
@@ -449,22 +440,24 @@ def fit_profiles(workspace, step_values, length):
     """Write the coefficients of the profiles of a contact, its forces per `length` (m), to `workspace`."""
     per_length = 1.0 / length
     for i in lane_range(arc.POINTS):
-        for row in range(STEP_VALUE_ROWS):
+        for row in range(observe.STEP_VALUE_ROWS):
             total = 0.0
-            for k in range(PARTS + 1):
+            for k in range(observe.PARTS + 1):
                 total += arc.FIT[k, i] * step_values[row, k]
-            workspace.step.numbers[row, i] = total * per_length if row in (FORCE_ROW, FRICTION_POWER_ROW) else total
+            workspace.step.numbers[row, i] = (
+                total * per_length if row in (observe.FORCE_ROW, observe.FRICTION_POWER_ROW) else total
+            )
 
 
 @kernel
 def unwrap_angles(angles):
     """Remove jumps by full turns from angles (rad) at the quarters of a step."""
     full_turn, turns, previous_angle, largest_change = 2.0 * math.pi, 0.0, angles[0], 0.0
-    for i in range(1, QUARTER_POINTS + 2):
+    for i in range(1, observe.QUARTER_POINTS + 2):
         largest_change = max(largest_change, abs(angles[i] - angles[i - 1]))
     if largest_change <= math.pi:
         return
-    for i in range(1, QUARTER_POINTS + 2):
+    for i in range(1, observe.QUARTER_POINTS + 2):
         angle = angles[i]
         turns += math.floor((angle - previous_angle) * (1.0 / full_turn) + 0.5)
         angles[i], previous_angle = angle - full_turn * turns, angle
@@ -476,18 +469,18 @@ def fit_positions(workspace, positions):
     for i in lane_range(arc.POINTS):
         for row in range(POSITIONS):
             total = 0.0
-            for k in range(QUARTER_POINTS + 2):
+            for k in range(observe.QUARTER_POINTS + 2):
                 total += FROM_ANGLES[k, i] * positions[row, k]
             total += FROM_ANGLES[ANGLES - 2, i] * positions[SLOPES + row, 0]
-            total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, QUARTER_POINTS + 1]
+            total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, observe.QUARTER_POINTS + 1]
             workspace.step.numbers[_FIRST_POSITION + row, i] = total
 
 
 @kernel
 def write_end_slopes(step, j):
     """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
-    for end, part_index in ((0, 0), (QUARTER_POINTS + 1, PARTS)):
-        duration = step.length * step.step_values[j, KAPPA_ROW, part_index]
+    for end, part_index in ((0, 0), (observe.QUARTER_POINTS + 1, observe.PARTS)):
+        duration = step.length * step.step_values[j, observe.KAPPA_ROW, part_index]
         for row in range(POSITIONS):
             step.positions[j, SLOPES + row, end] *= duration
 

@@ -20,15 +20,8 @@ from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled.family import inlined
 from ...tracing.portable import coefficients_through, exact, polynomial_through
+from ..laws import elastic
 from ..laws.contract import Recipe, compile_law, register
-from ..laws.elastic import (
-    MAX_B2,
-    SMALL_ARC,
-    angle_minus_sine,
-    half_angle_at_load,
-    plane_strain_modulus,
-    relative_radius,
-)
 from ..laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
 from ..laws.sampled import attempted, checked
 from . import (
@@ -218,9 +211,7 @@ def _cumulative_pressure_hertz_line(pressure, x, half_angle):
     return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
-@smooth_range.member(HertzLine)
-def _smooth_range_hertz_line(pressure):
-    return 0.95  # at the ends it varies as the power 3/2
+smooth_range.member(HertzLine)(lambda pressure: 0.95)  # at the ends it varies as the power 3/2
 
 
 @pressure_integral_over_load.member(HertzLine)
@@ -228,9 +219,7 @@ def _pressure_integral_over_load_hertz_line(pressure, half_angle):
     return 1.0  # half-spaces: all pressure has the direction of the load
 
 
-@peak_over_mean.member(HertzLine)
-def _peak_over_mean_hertz_line(pressure, half_angle):
-    return 4.0 / math.pi
+peak_over_mean.member(HertzLine)(lambda pressure, half_angle: 4.0 / math.pi)
 
 
 #: Keys needed by pressures from elasticity.
@@ -245,11 +234,11 @@ MODULUS = Field(
 def modulus_of(joint: Joint) -> float:
     """Return E* (Pa), which determines the pressure distribution in a joint."""
     assert joint.wear is not None  # called only for joints with wear
-    return joint.wear.values.get("pressure_modulus") or plane_strain_modulus(joint.contact.material)
+    return joint.wear.values.get("pressure_modulus") or elastic.plane_strain_modulus(joint.contact.material)
 
 
 def _make_hertz_line(joint: Joint) -> HertzLine:
-    return HertzLine(math.sqrt(4.0 * relative_radius(joint) / (math.pi * modulus_of(joint))))
+    return HertzLine(math.sqrt(4.0 * elastic.relative_radius(joint) / (math.pi * modulus_of(joint))))
 
 
 register(
@@ -259,7 +248,7 @@ register(
         "Johnson 1985, Contact Mechanics, section 4.2(c)",
         (MODULUS,),
         needs=("modulus",),
-        trusted=(SMALL_ARC,),
+        trusted=(elastic.SMALL_ARC,),
         notes="The default where `material` or `pressure_modulus` is given.  The arc is a / R_b on the bearing and a "
         "/ R_j on the journal.",
     ),
@@ -297,14 +286,8 @@ def _half_arc_of_rigid_circles(pressure, joint, radius, sliding):
     return 2.0 * total * math.sqrt(square)
 
 
-@cumulative_pressure.member(UniformPressure)
-def _cumulative_pressure_uniform(pressure, x, half_angle):
-    return min(max(0.5 + 0.5 * x, 0.0), 1.0)
-
-
-@smooth_range.member(UniformPressure, Winkler)
-def _smooth_range_uniform_or_winkler(pressure):
-    return 1.0
+cumulative_pressure.member(UniformPressure)(lambda pressure, x, half_angle: min(max(0.5 + 0.5 * x, 0.0), 1.0))
+smooth_range.member(UniformPressure, Winkler)(lambda pressure: 1.0)
 
 
 @pressure_integral_over_load.member(UniformPressure)
@@ -313,9 +296,7 @@ def _pressure_integral_over_load_uniform(pressure, half_angle):
     return half_angle / math.sin(half_angle) if half_angle > 1e-3 else 1.0 + half_angle * half_angle / 6.0
 
 
-@peak_over_mean.member(UniformPressure)
-def _peak_over_mean_uniform(pressure, half_angle):
-    return 1.0
+peak_over_mean.member(UniformPressure)(lambda pressure, half_angle: 1.0)
 
 
 register(
@@ -361,7 +342,7 @@ def _pressure_integral_over_load_winkler(pressure, half_angle):
         * half_angle
         * half_angle
         * _overlap_integral(1.0, half_angle)
-        / angle_minus_sine(2.0 * half_angle)
+        / elastic.angle_minus_sine(2.0 * half_angle)
         if half_angle > 1e-6
         else 1.0
     )
@@ -392,7 +373,7 @@ register(
 # ---------------------------------------------------------------------------------------------- Persson's pressure
 
 
-MAX_HALF_ANGLE = 2.0 * math.atan(math.sqrt(MAX_B2))  # rad: half of the arc at an infinite load
+MAX_HALF_ANGLE = 2.0 * math.atan(math.sqrt(elastic.MAX_B2))  # rad: half of the arc at an infinite load
 HALFWAY_LOAD = 2.0  # E* c: load mapped to half of the interval of `_half_angle_over_root`, chosen for the closest fit
 _GAUSS_NODES, _GAUSS_WEIGHTS = portable.gauss_rule(40)
 
@@ -431,7 +412,7 @@ def _by_squared_half_angle(function):
 def _half_angle_over_root(z):
     """Return the half-angle (rad) over the root of z at a load q (in E* c), with z = q / (q + HALFWAY_LOAD)."""
     z = np.clip(z, 1e-12, 1.0 - 1e-12)
-    return half_angle_at_load(HALFWAY_LOAD * z / (1.0 - z)) / np.sqrt(z)
+    return elastic.half_angle_at_load(HALFWAY_LOAD * z / (1.0 - z)) / np.sqrt(z)
 
 
 def _tail_fractions(edge_distances, squares):
@@ -492,9 +473,7 @@ def _cumulative_pressure_persson(pressure, x, half_angle):
     return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
-@smooth_range.member(Persson)
-def _smooth_range_persson(pressure):
-    return 0.95  # at the ends it varies as the power 3/2
+smooth_range.member(Persson)(lambda pressure: 0.95)  # at the ends it varies as the power 3/2
 
 
 @pressure_integral_over_load.member(Persson)

@@ -85,9 +85,7 @@ def table_item(table, index, column):
     return table[index, column]
 
 
-@register_emitter(table_item)
-def _emit_table_item(table, index, column):
-    return constant_table(table)[index, column]
+register_emitter(table_item)(lambda table, index, column: constant_table(table)[index, column])
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -9,33 +9,8 @@ from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times, to_fixed_frame
 from ...laws.contract import FREE
 from ...laws.friction import friction_force
-from ..contract import (
-    Contact,
-    Offsets,
-    after_law,
-    contacts_at_speed,
-    gap_histories,
-    load,
-    load_histories,
-    with_current_state,
-)
+from .. import contract, spatial
 from ..dry import normal_forces, separate_contact
-from . import (
-    ContactForce,
-    EndContacts,
-    Flanged,
-    SpatialGap,
-    SpatialLoad,
-    Spread,
-    SpreadContact,
-    Through,
-    flange_point,
-    overlap_of,
-    points_of,
-    sine_of_tilt,
-    tilt_of,
-    wall_point,
-)
 from .spread import as_spread, spread_walls
 
 WALL_FRACTION = 0.5  # fraction of the stiffness at each wall
@@ -77,7 +52,7 @@ def _contact_force(point, context, laws, contact_state):
     if contact_state.mode == FREE:
         no_force = Vector(as_type_of(0.0, depth), as_type_of(0.0, depth), as_type_of(0.0, depth))
         speed = math.sqrt(dot(relative_velocity, relative_velocity))
-        return ContactForce(no_force, no_force, no_force, no_force, separate_contact(depth, rate, speed))
+        return spatial.ContactForce(no_force, no_force, no_force, no_force, separate_contact(depth, rate, speed))
     pen = contact_state.root * abs(contact_state.root)
     forces = normal_forces(laws, contact_state.mode, pen, rate, contact_state.onset_rate)
     normal_magnitude, friction_load, elastic, unclipped = (laws.stiffness_fraction * force for force in forces)
@@ -88,10 +63,10 @@ def _contact_force(point, context, laws, contact_state):
     friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
     normal_force, friction = times(-normal_magnitude, normal), times(friction_per_slip, sliding)
     resultant_force = plus(normal_force, friction)
-    contact = Contact(
+    contact = contract.Contact(
         normal=normal_magnitude, tangential=tangential, slip=slip, rate=rate, depth=pen, elastic=elastic, raw=unclipped
     )
-    return ContactForce(
+    return spatial.ContactForce(
         normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, friction)), contact
     )
 
@@ -100,9 +75,9 @@ class _JointContext(NamedTuple):
     """Data that all contacts of a joint share."""
 
     joint: tuple
-    gap: SpatialGap
+    gap: spatial.SpatialGap
     relative_motion: _RelativeMotion
-    offsets: Offsets  # of the joint
+    offsets: contract.Offsets  # of the joint
     state: tuple  # JointState
 
 
@@ -118,9 +93,9 @@ def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
     """Return the laws with their internal state at the Offsets `law_offsets`."""
     state, friction = context.state, context.joint.friction
     return _Laws(
-        with_current_state(law, state.y, state.latched, law_offsets),
+        contract.with_current_state(law, state.y, state.latched, law_offsets),
         elastic,
-        with_current_state(friction, state.y, state.latched, after_law(law_offsets, law)),
+        contract.with_current_state(friction, state.y, state.latched, contract.after_law(law_offsets, law)),
         stiffness_fraction,
     )
 
@@ -129,14 +104,16 @@ def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
 def _wall_force(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
     laws = _laws_at(context, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
-    return _contact_force(wall_point(joint.end_type, joint, gap, end), context, laws, _contact_state(context, number))
+    return _contact_force(
+        spatial.wall_point(joint.end_type, joint, gap, end), context, laws, _contact_state(context, number)
+    )
 
 
 @kernel
 def _flange_force(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
     laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
-    return _contact_force(flange_point(joint, gap, end), context, laws, _contact_state(context, number))
+    return _contact_force(spatial.flange_point(joint, gap, end), context, laws, _contact_state(context, number))
 
 
 @family
@@ -144,8 +121,8 @@ def _in_wall_form(walls, contact):
     """Return a Contact in the form of a joint with these walls."""
 
 
-_in_wall_form.member(EndContacts)(lambda walls, contact: contact)
-_in_wall_form.member(Spread)(lambda walls, contact: as_spread(contact, contact.normal))
+_in_wall_form.member(spatial.EndContacts)(lambda walls, contact: contact)
+_in_wall_form.member(spatial.Spread)(lambda walls, contact: as_spread(contact, contact.normal))
 
 
 @family
@@ -153,12 +130,12 @@ def _wall_forces(walls, context, second_offsets):
     """Return the ContactForces of both walls; second_offsets : Offsets of the laws of the second wall."""
 
 
-@_wall_forces.member(EndContacts)
+@_wall_forces.member(spatial.EndContacts)
 def _wall_forces_end_contacts(walls, context, second_offsets):
     return _wall_force(context, 0, 1.0, context.offsets), _wall_force(context, 1, -1.0, second_offsets)
 
 
-_wall_forces.member(Spread)(lambda walls, context, second_offsets: spread_walls(context))
+_wall_forces.member(spatial.Spread)(lambda walls, context, second_offsets: spread_walls(context))
 
 
 @family
@@ -166,8 +143,8 @@ def force_at_end(contact):
     """Return the reported normal force (N) of a wall at its end."""
 
 
-force_at_end.member(Contact)(lambda contact: contact.normal)
-force_at_end.member(SpreadContact)(lambda contact: contact.end_force)
+force_at_end.member(contract.Contact)(lambda contact: contact.normal)
+force_at_end.member(spatial.SpreadContact)(lambda contact: contact.end_force)
 
 
 @kernel
@@ -183,11 +160,11 @@ def _auxiliary_contacts(joint, gap, a, b):
     friction_magnitude = math.sqrt(friction_square) if friction_square > 0.0 else zero
     difference = abs(force_at_end(a.contact) - force_at_end(b.contact))
     depth = max(a.contact.depth, b.contact.depth)
-    sine, flange_gap = sine_of_tilt(gap.axis), -overlap_of(joint, gap)
-    resultant_contact = Contact(
+    sine, flange_gap = spatial.sine_of_tilt(gap.axis), -spatial.overlap_of(joint, gap)
+    resultant_contact = contract.Contact(
         normal=resultant, tangential=friction_magnitude, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
     )
-    difference_contact = Contact(
+    difference_contact = contract.Contact(
         normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap
     )
     return _in_wall_form(joint.walls, resultant_contact), _in_wall_form(joint.walls, difference_contact)
@@ -209,25 +186,25 @@ def _spatial_load(gap, force, moment, twist, contacts):
     The opposite forces act on the bearing's surface, at the penetration along the normal from the journal's.
     """
     about_bearing = plus(moment, cross(gap.middle, force))
-    return SpatialLoad(force, moment, minus(twist, about_bearing), contacts)
+    return spatial.SpatialLoad(force, moment, minus(twist, about_bearing), contacts)
 
 
-@load.member(Through)
+@contract.load.member(spatial.Through)
 def _load_through(joint, gap, offsets, state):
     context = _context_of(joint, gap, offsets, state)
-    second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
+    second_offsets = contract.after_law(contract.after_law(offsets, joint.law), joint.friction)
     a, b = _wall_forces(joint.walls, context, second_offsets)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
     contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
     return _spatial_load(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
 
 
-@load.member(Flanged)
+@contract.load.member(spatial.Flanged)
 def _load_flanged(joint, gap, offsets, state):
     context = _context_of(joint, gap, offsets, state)
-    second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
-    third_offsets = after_law(after_law(second_offsets, joint.law), joint.friction)
-    fourth_offsets = after_law(after_law(third_offsets, joint.axial_law), joint.friction)
+    second_offsets = contract.after_law(contract.after_law(offsets, joint.law), joint.friction)
+    third_offsets = contract.after_law(contract.after_law(second_offsets, joint.law), joint.friction)
+    fourth_offsets = contract.after_law(contract.after_law(third_offsets, joint.axial_law), joint.friction)
     a, b = _wall_forces(joint.walls, context, second_offsets)
     c, d = _flange_force(context, 2, 1.0, third_offsets), _flange_force(context, 3, -1.0, fourth_offsets)
     auxiliary = _auxiliary_contacts(joint, gap, a, b)
@@ -241,9 +218,9 @@ def _load_flanged(joint, gap, offsets, state):
     )
 
 
-@contacts_at_speed.member(Through, Flanged)
+@contract.contacts_at_speed.member(spatial.Through, spatial.Flanged)
 def _contacts_at_speed_through_or_flanged(joint, gap, offsets, state, contacts):
-    motion, points, moved = _context_of(joint, gap, offsets, state).relative_motion, points_of(joint, gap), ()
+    motion, points, moved = _context_of(joint, gap, offsets, state).relative_motion, spatial.points_of(joint, gap), ()
     for i in range(len(points)):
         velocity = plus(motion.velocity, cross(motion.spin, minus(points[i].position, gap.middle)))
         moved = (*moved, contacts[i]._replace(rate=dot(velocity, points[i].normal)))
@@ -264,19 +241,19 @@ POINT_CHANNELS = (
 )
 
 
-@gap_histories.member(Through, Flanged)
+@contract.gap_histories.member(spatial.Through, spatial.Flanged)
 def _gap_histories_through_or_flanged(joint, gap, side):
     position, velocity = to_fixed_frame(gap.frame, gap.middle), to_fixed_frame(gap.frame, gap.velocity)
-    return position.x, position.y, position.z, velocity.x, velocity.y, velocity.z, tilt_of(gap.axis)
+    return position.x, position.y, position.z, velocity.x, velocity.y, velocity.z, spatial.tilt_of(gap.axis)
 
 
-@load_histories.member(Through)
+@contract.load_histories.member(spatial.Through)
 def _load_histories_through(joint, load):
     a, b, resultant_force, _ = load.contacts
     return resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
 
 
-@load_histories.member(Flanged)
+@contract.load_histories.member(spatial.Flanged)
 def _load_histories_flanged(joint, load):
     a, b, c, d, resultant_force, _ = load.contacts
     walls = (resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))

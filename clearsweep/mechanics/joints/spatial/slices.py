@@ -30,21 +30,8 @@ from ...wear.bins import (
     update_joint_wear,
     update_worn_profile,
 )
-from . import ENDS, Flanged, Through, wall_point
+from . import ENDS, Flanged, Through, strips, wall_point
 from .spread import bearing_length
-from .strips import (
-    DepthProfile,
-    carries_load,
-    depth_along,
-    depth_at_start,
-    integrals_of,
-    largest_depth_along,
-    load_integral,
-    loads_along,
-    pressed_part,
-    strip_position,
-    sum_of_fractions,
-)
 
 LOAD_TOLERANCE = 0.2  # of the largest load per length: slices with smaller differences have a common arc width
 #: Of the largest depth in a step: below, the largest pressure is not evaluated.  It has a limit at the depth 0, but
@@ -64,7 +51,7 @@ END_SLOPES = (
 @record.member(Through, Flanged)
 def _record_through_or_flanged(joint, gap, body_angles, j, instant):
     for wall in range(len(ENDS)):
-        if carries_load(joint.walls, instant.step, j, wall):
+        if strips.carries_load(joint.walls, instant.step, j, wall):
             _record_wall(joint, gap, body_angles, (j + wall, ENDS[wall]), instant)
 
 
@@ -76,7 +63,7 @@ def _record_wall(joint, gap, body_angles, contact, instant):
     transverse = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
     step.positions[j, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
     step.positions[j, 1, i] = math.atan2(point.normal.y, point.normal.x)
-    strip_start = strip_position(joint.end_type, joint, gap, point, end)
+    strip_start = strips.strip_position(joint.end_type, joint, gap, point, end)
     overlap = bearing_length(joint.end_type, joint, gap)
     axial = step.axial[j]
     axial.lean[i], axial.reach[i] = strip_start.lean, overlap.half_length
@@ -109,8 +96,8 @@ class StripHistory(NamedTuple):
 def _strip_at(joint, history, i):
     """Return the DepthProfile of a strip and its depth (m) at equidistant time number `i`."""
     values = history.values
-    strip = DepthProfile(values.reach[i], values.lean[i], values.tilt_square[i])
-    return strip, depth_at_start(joint.walls, history.step_values[DEPTH_ROW, i])
+    strip = strips.DepthProfile(values.reach[i], values.lean[i], values.tilt_square[i])
+    return strip, strips.depth_at_start(joint.walls, history.step_values[DEPTH_ROW, i])
 
 
 @kernel
@@ -133,14 +120,14 @@ def slice_of(joint, history, low, high):
         interval = min(low, strip.reach), min(high, strip.reach)
         fraction = 1.0 if low <= 0.0 else 0.0  # of a point, which has its load at its start
         if total > 0.0:
-            fraction = load_integral(joint.walls, joint, strip, start_depth, interval) / total
-        loaded_start, loaded_end = pressed_part(joint.walls, joint, strip, start_depth, interval)
+            fraction = strips.load_integral(joint.walls, joint, strip, start_depth, interval) / total
+        loaded_start, loaded_end = strips.pressed_part(joint.walls, joint, strip, start_depth, interval)
         load_fraction_sum += weight * fraction
         work_sum += weight
         if loaded_end > loaded_start:
             length_sum += weight * fraction * (loaded_end - loaded_start)
             begin_sum += weight * fraction * (loaded_start - low)
-            mean_depth = depth_along(joint.walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
+            mean_depth = strips.depth_along(joint.walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
             depth_sum += weight * fraction * mean_depth / largest_depth if largest_depth > 0.0 else weight * fraction
             weight_sum += weight * fraction
     if weight_sum <= 0.0:
@@ -158,7 +145,7 @@ def accumulate_strip_pressure(joint, step, history, account):
         strip, start_depth = _strip_at(joint, history, i)
         load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
         integrals = history.values.load_integral[i], history.values.depth_integral[i]
-        loads = loads_along(joint.walls, joint, strip, start_depth, (load, *integrals))
+        loads = strips.loads_along(joint.walls, joint, strip, start_depth, (load, *integrals))
         if loads.max_depth <= 0.0:
             continue
         mean_sliding = sliding_contact_of(
@@ -270,8 +257,8 @@ def fit_strip(joint, j, step):
         strip_values.reach[i] = max(strip_values.reach[i], 0.0)
         max_reach = max(max_reach, strip_values.reach[i])
         strip, start_depth = _strip_at(joint, history, i)
-        strip_values.max_depth[i] = largest_depth_along(joint, strip, start_depth)
-        integrals = integrals_of(joint.walls, joint, strip, start_depth)
+        strip_values.max_depth[i] = strips.largest_depth_along(joint, strip, start_depth)
+        integrals = strips.integrals_of(joint.walls, joint, strip, start_depth)
         strip_values.load_integral[i], strip_values.depth_integral[i] = integrals
     return StripHistory(max_reach, strip_values, step.step_values[j])
 
@@ -301,7 +288,7 @@ def write_slices(joint, history, step):
         offset = slices_offset + k * len(strip_slice)
         for i in range(len(strip_slice)):
             step.wear_buffer[offset + i] = strip_slice[i]
-    fraction_sum = sum_of_fractions(joint.walls, fraction_sum)
+    fraction_sum = strips.sum_of_fractions(joint.walls, fraction_sum)
     if fraction_sum > 0.0:
         max_line_load = max_line_load / fraction_sum
         for k in range((slice_count + 1) // 2):
@@ -395,7 +382,7 @@ def update_group_wear(joint, end, j, step_and_totals, history, group):
 @update_joint_wear.member(Through, Flanged)
 def _update_joint_wear_through_or_flanged(joint, j, step_and_totals):
     for wall in range(len(ENDS)):
-        if carries_load(joint.walls, step_and_totals[0], j, wall):
+        if strips.carries_load(joint.walls, step_and_totals[0], j, wall):
             update_wall_wear(joint.wear, joint, wall, j + wall, step_and_totals)
 
 

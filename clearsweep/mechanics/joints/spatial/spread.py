@@ -29,21 +29,7 @@ from ...laws.contract import CLIPPED, touches
 from ...laws.friction import friction_force
 from ...laws.loss import lowest_force
 from ..dry import separate_contact
-from . import ContactForce, InBore, Overlapping, Point, SpreadContact, overlap_of, wall_point
-from .strips import (
-    Lifted,
-    Profile,
-    SliceRates,
-    Span,
-    StripLoad,
-    StripSums,
-    distance_at,
-    energy_of,
-    lifted_part,
-    no_sums,
-    with_second_span,
-    with_span,
-)
+from . import ContactForce, InBore, Overlapping, Point, SpreadContact, overlap_of, strips, wall_point
 
 #: Of the squared tilt times the length over the sum of the distances: below, normals do not resolve the ellipse.
 SMALLEST_TILT_SQUARE = 1e-9
@@ -138,10 +124,10 @@ class _Geometry(NamedTuple):
     """The walls in a pose; positions z along the length are from -1 to 1."""
 
     overlap: Overlap
-    profile: Profile
+    profile: strips.Profile
     first_distance: float  # m, clearance plus depth at the end of +z
     second_distance: float  # m, at the other end
-    rates: SliceRates
+    rates: strips.SliceRates
     spread_rate: float  # m^2/s, rate of the squared spread
     spin_factor: Vector  # m^2, rate of the squared spread per angular velocity (rad/s) of the journal
     axial_factor: float  # m, per velocity (m/s) of the journal along its axis
@@ -165,10 +151,7 @@ def _flattening_in_bore(end_type, ends, tilt_length):
     return min(max((first * first_slope - second * second_slope) / tilt_length, 0.5), LARGEST_FLATTENING)
 
 
-@_flattening.member(Overlapping)
-def _flattening_overlapping(end_type, ends, tilt_length):
-    # of an ellipse of the journal one end sags, of one of the bore it bulges: with one end each, they cancel
-    return as_type_of(1.0, tilt_length)
+_flattening.member(Overlapping)(lambda end_type, ends, tilt_length: as_type_of(1.0, tilt_length))
 
 
 @inlined
@@ -193,10 +176,10 @@ def _geometry_of(context, first_end, second_end):
     first_square = first_depth * (clearance + first_distance)  # past the squared clearance
     second_square = second_depth * (clearance + second_distance)
     constant, product = 0.5 * (first_square + second_square), 0.25 * (first_square - second_square)
-    profile = Profile(clearance, constant - 0.25 * spread_square, product, 0.25 * spread_square)
+    profile = strips.Profile(clearance, constant - 0.25 * spread_square, product, 0.25 * spread_square)
     first_rate, second_rate = 0.5 * first_distance * first_end.rate, 0.5 * second_distance * second_end.rate
     curvature = 0.125 * spread_rate
-    rates = SliceRates(first_rate + second_rate - curvature, first_rate - second_rate, curvature)
+    rates = strips.SliceRates(first_rate + second_rate - curvature, first_rate - second_rate, curvature)
     length_rate = as_type_of(0.0, axial_velocity)
     if overlap.growth != 0.0:
         length_rate = 0.5 * overlap.growth * axial_velocity / overlap.half_length
@@ -219,7 +202,7 @@ def _depth_at_end(end_state):
 class _Division(NamedTuple):
     """Where the spans of both strips end."""
 
-    lifted: Lifted
+    lifted: strips.Lifted
     root: float  # m^0.5, of the depth where spans are divided, 0 if the journal is lifted
     distance: float  # m, of the axes there
     middle_root: float  # m^0.5, of the depth in the middle, negative if both ends are apart or past their separation
@@ -230,16 +213,16 @@ class _Division(NamedTuple):
 def _division_of(geometry, first_end, second_end):
     """Return the _Division of a _Geometry."""
     profile, zero = geometry.profile, as_type_of(0.0, geometry.first_distance)
-    lifted, distance = lifted_part(profile, 2.0, 1.0), zero + profile.clearance
+    lifted, distance = strips.lifted_part(profile, 2.0, 1.0), zero + profile.clearance
     middle_distance, middle_root, root = distance, zero, zero
     if profile.constant > 0.0:
-        middle_distance = distance_at(profile, zero)
+        middle_distance = strips.distance_at(profile, zero)
         middle_root = math.sqrt(profile.constant / (profile.clearance + middle_distance))
     is_first_past = first_end.root < 0.0 or not touches(first_end.mode)
     if is_first_past and (second_end.root < 0.0 or not touches(second_end.mode)):
         middle_root = -middle_root
     if not lifted.is_lifted and lifted.begin != 0.0:
-        distance = distance_at(profile, lifted.begin)
+        distance = strips.distance_at(profile, lifted.begin)
         root = math.copysign(math.sqrt(max(distance - profile.clearance, 0.0)), middle_root)
     return _Division(lifted, root, distance, middle_root, middle_distance)
 
@@ -247,8 +230,8 @@ def _division_of(geometry, first_end, second_end):
 class _Spans(NamedTuple):
     """The pressed spans of a strip."""
 
-    first: Span  # from its end inwards, or if it is apart there the one that reaches the middle
-    second: Span  # another one that reaches the middle, if the spans are divided in between; it is rare
+    first: strips.Span  # from its end inwards, or if it is apart there the one that reaches the middle
+    second: strips.Span  # another one that reaches the middle, if the spans are divided in between; it is rare
 
 
 @inlined
@@ -263,18 +246,18 @@ def _spans_of(division, end, end_root, end_distance):
         near_root, near_distance = division.middle_root, division.middle_distance
     if far == 1.0:
         far_root, far_distance = end_root, end_distance
-    outer = Span(zero + end, end * near, end_root, near_root, end_distance, near_distance)
-    inner = Span(end * far, zero, far_root, division.middle_root, far_distance, division.middle_distance)
+    outer = strips.Span(zero + end, end * near, end_root, near_root, end_distance, near_distance)
+    inner = strips.Span(end * far, zero, far_root, division.middle_root, far_distance, division.middle_distance)
     if near < 1.0:
         return _Spans(outer, inner)
-    return _Spans(inner, Span(zero, zero, zero, zero, zero, zero))
+    return _Spans(inner, strips.Span(zero, zero, zero, zero, zero, zero))
 
 
 class StripForce(NamedTuple):
     """Load of a strip."""
 
     is_pressed: bool
-    total: StripSums  # clipped
+    total: strips.StripSums  # clipped
     elastic: float  # N, elastic part of the force, clipped or not
     elastic_outward: float  # N, see StripLoad
     stored_power: float  # W
@@ -287,7 +270,7 @@ def _clipped(sums, is_clipped, clearance):
     """Return StripSums, continuously clipped to those of forces that do not pull; distances exceed the clearance."""
     force = max(sums.force, 0.0) if not is_clipped else as_type_of(0.0, sums.force)
     over_distance = force / clearance
-    return StripSums(
+    return strips.StripSums(
         force,
         min(max(sums.outward, 0.0), force),
         min(max(sums.over_distance, 0.0), over_distance),
@@ -305,19 +288,19 @@ def _strip_force(context, geometry, spans, end_state, other_end):
     joint, zero = context.joint, as_type_of(0.0, geometry.first_distance)
     first, second = spans
     if first.start == first.stop:
-        return StripForce(False, no_sums(zero), zero, zero, zero, zero, zero)
+        return StripForce(False, strips.no_sums(zero), zero, zero, zero, zero, zero)
     onset_rate = end_state.onset_rate if touches(end_state.mode) else other_end.onset_rate
     laws, rule, scale = (joint.law, joint.elastic), joint.walls.rule, 0.5 * geometry.overlap.stiffness_fraction
-    load = StripLoad(no_sums(zero), zero, zero, zero)
-    load = with_span(load, geometry.profile, first, laws, rule, geometry.rates, onset_rate, scale)
-    load = with_second_span(load, geometry.profile, second, laws, rule, geometry.rates, onset_rate, scale)
+    load = strips.StripLoad(strips.no_sums(zero), zero, zero, zero)
+    load = strips.with_span(load, geometry.profile, first, laws, rule, geometry.rates, onset_rate, scale)
+    load = strips.with_second_span(load, geometry.profile, second, laws, rule, geometry.rates, onset_rate, scale)
     lowest = lowest_force(joint.law)
     unclipped, total, stored_power, energy = load.total.force - lowest, load.total, load.stored_power, zero
     if lowest == 0.0:  # without a jump where clipping begins or ends; otherwise these events would alternate endlessly
         total = _clipped(total, end_state.mode == CLIPPED, joint.clearance)
     if geometry.overlap.growth != 0.0 and load.elastic > 0.0:
         for span in spans:
-            energy = energy + scale * energy_of(geometry.profile, span, joint.elastic, rule)
+            energy = energy + scale * strips.energy_of(geometry.profile, span, joint.elastic, rule)
         stored_power = stored_power + energy * geometry.length_rate
         energy = energy * (total.force / load.elastic)
     return StripForce(True, total, load.elastic, load.elastic_outward, stored_power, unclipped, energy)

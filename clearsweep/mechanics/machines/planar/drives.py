@@ -40,11 +40,7 @@ def drive_motion(drive, time):
 
 
 drive_motion.member(Steady)(lambda drive, time: (drive.speed * time + drive.start, drive.speed, 0.0))
-
-
-@drive_motion.member(Tabled)
-def _drive_motion_tabled(drive, time):
-    return cubic_at(drive.table, drive.row_count, time)
+drive_motion.member(Tabled)(lambda drive, time: cubic_at(drive.table, drive.row_count, time))
 
 
 # ---------------------------------------------------------------------------------------------- torques
