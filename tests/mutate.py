@@ -26,7 +26,7 @@ class Mutation(NamedTuple):
     """A pattern that is once in a function or constant, its replacement, and tests of which one must then fail."""
 
     file: str
-    where: str  # name of the function, of the method (`Class.method`), or of the constant
+    where: str  # name of the function, method (`Class.method`) or constant, or `family.member(Type)` of a lambda
     old: str  # Python; line breaks, spaces and a comma before a closing bracket need not be those of the file
     new: str
     tests: str  # arguments of pytest
@@ -46,7 +46,7 @@ class Mutation(NamedTuple):
 
 
 def named(tree: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[str, tuple[int, int]]]:
-    """Yield (name, (first line, last line)) of every function, method and constant of a module."""
+    """Yield (name, (first line, last line)) of every function, method, constant and registered lambda of a module."""
     for node in tree.body:
         lines = node.lineno, node.end_lineno or node.lineno
         if isinstance(node, ast.FunctionDef):
@@ -57,6 +57,8 @@ def named(tree: ast.Module | ast.ClassDef, prefix: str = "") -> Iterator[tuple[s
             targets = node.targets if isinstance(node, ast.Assign) else [node.target]
             for name in (part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)):
                 yield prefix + name, lines
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            yield ast.unparse(node.value.func), lines
 
 
 def pattern(text: str) -> re.Pattern[str]:
