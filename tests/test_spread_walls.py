@@ -430,7 +430,7 @@ def test_the_rates_of_spread_walls_are_differentiated_exactly(keys):
     assert PRESSED in mode[:2]
     size, latched = len(state), np.full(len(mode), 0.1)
     jacobian, k = np.zeros((1, size, size)), np.zeros((size, 16))
-    rates_code.differentiate(value, state, mode, latched, jacobian, 0)
+    rates_code.slopes_entry((value,), state, mode, latched, jacobian, 0)
 
     def rates(y):
         rates_code.rates(value, y, mode, latched, k, None, 1)

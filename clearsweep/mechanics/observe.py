@@ -102,13 +102,6 @@ def contact_observables_in(o, row, contact):
 
 
 @inlined
-def write_contact_observables(o, row, contact, contact_values):
-    """Write the Observed `contact_values` of a contact to row `row` of `o`."""
-    for quantity in range(GUARD_QUANTITY + 1):
-        o[CONTACTS + CONTACT_WIDTH * contact + quantity, row] = contact_values[quantity]
-
-
-@inlined
 def put_load(o, row, contact):
     """Write the squared resultant force of a contact to row `row` of `o`."""
     normal, tangential = o[column_of(contact, NORMAL), row], o[column_of(contact, TANGENTIAL), row]

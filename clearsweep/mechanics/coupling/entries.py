@@ -224,21 +224,8 @@ class Guards(NamedTuple):
 # ---------------------------------------------------------------------------------------------- values of guards
 
 
-class _GuardContext(NamedTuple):
-    """Inputs and results of the evaluation of guards."""
-
-    start: np.ndarray  # (n,) state at the start of the step
-    y: np.ndarray  # (n,) state
-    latched: np.ndarray  # (contacts + l,)
-    o: np.ndarray  # (columns, ROW_COUNT) observables
-    row: int  # row of `o` with the observables of this state
-    roots: int  # index of the first root of penetration in `y`
-    value: np.ndarray  # (g,) results
-
-
 @kernel
-def _evaluate_part(part, offsets, context):
-    start_state, y, latched, o, row, roots, value = context
+def _evaluate_part(part, offsets, start_state, y, latched, o, row, roots, value):
     contact = offsets.contact + part.contact
     law, root = contract.with_current_state(part.law, y, latched, offsets), y[roots + contact]
     law_at_start = contract.with_current_state(part.law, start_state, latched, offsets)
@@ -248,10 +235,11 @@ def _evaluate_part(part, offsets, context):
 
 
 @kernel
-def _evaluate_guards(joints, context):
-    for _, part, offsets in contract.located_parts(joints, context.roots):
+def _evaluate_guards(joints, start, y, latched, o, row, roots, value):
+    """Write the guards at the state `y` to `value`; row : of `o`, with the observables of this state."""
+    for _, part, offsets in contract.located_parts(joints, roots):
         if type(part.law) in guard_values.members:
-            _evaluate_part(part, offsets, context)
+            _evaluate_part(part, offsets, start, y, latched, o, row, roots, value)
 
 
 def guards_entry(scene, start, y, nodes, latched, o, value, row):
@@ -266,31 +254,18 @@ def guards_entry(scene, start, y, nodes, latched, o, value, row):
     latched, o = shaped(latched, (counts.contact + counts.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
     value, joints = shaped(value, (counts.guard, SINGLE_STATE + 1)), parameters.joints
     if row != END:
-        _evaluate_guards(joints, _GuardContext(start, y, latched, o, row, roots, value[:, SINGLE_STATE]))
+        _evaluate_guards(joints, start, y, latched, o, row, roots, value[:, SINGLE_STATE])
         return
-    _evaluate_guards(joints, _GuardContext(start, y, latched, o, START, roots, value[:, 0]))
+    _evaluate_guards(joints, start, y, latched, o, START, roots, value[:, 0])
     for i in rolled_range(STAGES):
-        _evaluate_guards(joints, _GuardContext(start, nodes[:, i], latched, o, i, roots, value[:, 1 + i]))
+        _evaluate_guards(joints, start, nodes[:, i], latched, o, i, roots, value[:, 1 + i])
 
 
 # ---------------------------------------------------------------------------------------------- latching
 
 
-class _LatchContext(NamedTuple):
-    """The state at an event and the arrays that latching changes."""
-
-    y: np.ndarray  # (n,) state, changed
-    latched: np.ndarray  # (contacts + l,) changed
-    o: np.ndarray  # (columns, ROW_COUNT) observables
-    row: int  # row of `o` with the observables of this state
-    roots: int
-    contact: int
-    guard: int  # ENTERED, LEFT or the guard's number
-
-
 @kernel
-def _latch_part(part, offsets, context):
-    y, latched_values, o, row, roots, contact, guard = context
+def _latch_part(part, offsets, y, latched_values, o, row, roots, contact, guard):
     is_guard_of_part = 0 <= guard - offsets.guard < contract.counts_of(part.law).guard
     if offsets.contact + part.contact == contact and (guard < 0 or is_guard_of_part):
         law = contract.with_current_state(part.law, y, latched_values, offsets)
@@ -301,31 +276,18 @@ def _latch_part(part, offsets, context):
             destination[i] = number
 
 
-@kernel
-def _latch_parts(joints, context):
-    for _, part, offsets in contract.located_parts(joints, context.roots):
-        if type(part.law) in latched.members:
-            _latch_part(part, offsets, context)
-
-
-def latch_entry(scene, y, latched, o, event, row):
-    """Latch the laws' internal states at an event: change `y` and `latched`; observables are in row `row` of `o`.
+def latch_entry(scene, y, latched_values, o, event, row):
+    """Latch the laws' internal states at an event: change `y` and `latched_values`; observables are in a `row` of `o`.
 
     event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
     """
     parameters = scene[0]
     roots, counts = 2 * len(parameters.coordinates) + 1, contract.total_counts(parameters.joints)
-    event_values = shaped(event, (2,))
-    context = _LatchContext(
-        shaped(y, (size_of(parameters)[1],)),
-        shaped(latched, (counts.contact + counts.latched,)),
-        shaped(o, (observed_width(parameters), ROW_COUNT)),
-        row,
-        roots,
-        event_values[0],
-        event_values[1],
-    )
-    _latch_parts(joints_at_event(parameters, context.y), context)
+    y, latched_values = shaped(y, (size_of(parameters)[1],)), shaped(latched_values, (counts.contact + counts.latched,))
+    o, event = shaped(o, (observed_width(parameters), ROW_COUNT)), shaped(event, (2,))
+    for _, part, offsets in contract.located_parts(joints_at_event(parameters, y), roots):
+        if type(part.law) in latched.members:
+            _latch_part(part, offsets, y, latched_values, o, row, roots, event[0], event[1])
 
 
 # ---------------------------------------------------------------------------------------------- for a scene

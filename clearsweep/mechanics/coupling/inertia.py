@@ -1,7 +1,5 @@
 """Effects of the whole mechanism's inertia on its joints: effective mass of an impact, force of sticking surfaces."""
 
-from typing import NamedTuple
-
 from ...tracing.compiled.choosing import none_of, replaced, where
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel, known
@@ -142,37 +140,26 @@ def slip_rates(scene, y, pose, grips, loads):
 
 
 @kernel
-def _force(grip, limit_sign):
-    return where(limit_sign != 0.0, limit_sign * grip.limit, grip.force)
-
-
-@kernel
 def _limit(grip, mode):
-    return grip.limit if is_grip_sticking(grip, mode) else as_type_of(0.0, grip.limit)
-
-
-class GainInputs(NamedTuple):
-    """Inputs of the rates per force of the grips."""
-
-    scene: tuple
-    y: tuple  # state vector
-    pose: tuple
-    grips: tuple  # per joint
-    loads: tuple
-    forces: tuple  # N, of every grip
-    rates: tuple  # m/s^2, under these loads
+    any_sticking = False
+    for contact in grip.contacts:
+        any_sticking = any_sticking | is_sticking(mode[contact])
+    return grip.limit if any_sticking else as_type_of(0.0, grip.limit)
 
 
 @kernel
-def _gains_of(limit, i, inputs):
-    """Return the change of the rate of every sliding speed per force of grip `i`; zeros if that does not stick."""
+def _gains_of(limit, i, scene, y, pose, grips, loads, forces, rates):
+    """Return the change of the rate of every sliding speed per force of grip `i`; zeros if that does not stick.
+
+    grips : per joint; forces : N, of every grip; rates : m/s^2, under these loads.
+    """
     if limit == 0.0:
-        return tuple([as_type_of(0.0, rate) for rate in inputs.rates])
+        return tuple([as_type_of(0.0, rate) for rate in rates])
     force_increment = abs(plain(limit)) + MIN_FORCE_INCREMENT
-    forces = replaced(inputs.forces, i, inputs.forces[i] + force_increment)
-    loads = _with_grip_forces(inputs.grips, inputs.loads, forces, forces)
-    rates = slip_rates(inputs.scene, inputs.y, inputs.pose, inputs.grips, loads)
-    return tuple([(loaded - base) / force_increment for loaded, base in zip(rates, inputs.rates, strict=True)])
+    more_forces = replaced(forces, i, forces[i] + force_increment)
+    more_loads = _with_grip_forces(grips, loads, more_forces, more_forces)
+    loaded_rates = slip_rates(scene, y, pose, grips, more_loads)
+    return tuple([(loaded - base) / force_increment for loaded, base in zip(loaded_rates, rates, strict=True)])
 
 
 @kernel
@@ -192,11 +179,12 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
     grips = flatten_once(grips_of_joints)
     limit_signs = [limit_sign(grip, mode) for grip in grips]
     limits, slips = [_limit(grip, mode) for grip in grips], [grip.slip for grip in grips]
-    forces = tuple([_force(grip, sign) for grip, sign in zip(grips, limit_signs, strict=True)])
+    signs_and_grips = list(zip(limit_signs, grips, strict=True))
+    forces = tuple([where(sign != 0.0, sign * grip.limit, grip.force) for sign, grip in signs_and_grips])
     loads = _with_grip_forces(grips_of_joints, loads, forces, forces)
     rates = slip_rates(scene, y, pose, grips_of_joints, loads)
-    inputs = GainInputs(scene, y, pose, grips_of_joints, loads, forces, rates)
-    gains = [_gains_of(limit, i, inputs) for i, limit in enumerate(limits)]
+    inputs = scene, y, pose, grips_of_joints, loads, forces, rates
+    gains = [_gains_of(limit, i, *inputs) for i, limit in enumerate(limits)]
     for _ in range(MAX_SWEEPS if sticking_count > 1 else 1):
         largest_change = 0.0
         for j in range(len(limits)):
@@ -214,18 +202,6 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
             stopping_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
             stopping_forces = replaced(stopping_forces, j, forces[j] + stopping_change)
     return _with_grip_forces(grips_of_joints, loads, forces, stopping_forces)
-
-
-# ---------------------------------------------------------------------------------------------- grips
-
-
-@kernel
-def is_grip_sticking(grip, mode):
-    """Return whether a contact of a grip sticks."""
-    any_sticking = False
-    for contact in grip.contacts:
-        any_sticking = any_sticking | is_sticking(mode[contact])
-    return any_sticking
 
 
 @kernel

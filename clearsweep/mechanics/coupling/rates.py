@@ -17,7 +17,7 @@ from typing import NamedTuple
 from ...contracts.catalogue import Channel
 from ...tracing.compiled.choosing import cond, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
-from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, shaped
+from ...tracing.compiled.family import Entry, entry, inlined, kernel, shaped
 from .. import observe
 from ..joints import contract
 from ..joints.spatial.forces import CHANNELS as SPATIAL_CHANNELS
@@ -43,14 +43,9 @@ class Scene(NamedTuple):
 @kernel
 def gaps_with_angles(scene, y, joint_gaps):
     """Return the Gaps of a scene at the state `y`, with the rotation (rad) of the bodies of worn joints."""
-    if not _use_body_angles(scene.joints):
+    if not any(type(joint) in with_angles.members for joint in scene.joints):
         return joint_gaps
     return with_body_angles(scene.joints, joint_gaps, machine.body_angles(scene.mechanism, y))
-
-
-@known
-def _use_body_angles(joints):
-    return any(type(joint) in with_angles.members for joint in joints)
 
 
 @inlined
@@ -67,15 +62,11 @@ def evaluate_motion(scene, y, mode, latched):
 
 
 @inlined
-def relaxed_rate(reference_rate, rate, depth, root):
-    """Return half the rate of the square of a root of penetration, m/s, with its relaxation towards the depth."""
-    return 0.5 * (rate + reference_rate * (depth - root * root))
-
-
-@inlined
 def root_rate(scene, contact, state, kappa, c):
     """Return the rate (m^0.5 per unit of tau) of the root of penetration of Contact number `c`, which touches."""
-    approach = relaxed_rate(scene.reference_rate, contact.rate, contact.depth, state.y[state.roots + c])
+    root = state.y[state.roots + c]
+    # half the rate (m/s) of the square of the root, with its relaxation towards the depth
+    approach = 0.5 * (contact.rate + scene.reference_rate * (contact.depth - root * root))
     if contract.total_counts(scene.joints).contact == 1:
         return approach * (1.0 / scene.sigma)
     return approach * kappa_over_root(scene, state.y, state.mode, kappa, c)
@@ -101,7 +92,7 @@ def _put_contacts(loads, o, row, is_converged):
     contacts = _contacts_of(loads)
     for c, contact in enumerate(contacts):
         dissipated = contract.power_lost(contact)
-        observed_contact = observe.Observed(
+        observed = observe.Observed(
             normal=contact.normal,
             stored=contract.power_stored(contact),
             lost=dissipated,
@@ -112,7 +103,8 @@ def _put_contacts(loads, o, row, is_converged):
             rate=contact.rate,
             guard_quantity=contract.guard_quantity(contact),
         )
-        observe.write_contact_observables(o, row, c, observed_contact)
+        for column, number in enumerate(observed, observe.column_of(c, observe.NORMAL)):
+            o[column, row] = number
         for column, number in enumerate(
             contract.extra_observables(contact, is_converged), observe.film_column(len(contacts), c, 0)
         ):
@@ -212,11 +204,15 @@ def first_signal(scene):
     return contract.observable_count(scene.joints) + len(machine.friction_laws(scene.mechanism))
 
 
-@inlined
-def differentiate(scene, y, mode, latched, jacobian, stage):
-    """Write the exact derivatives of `rates` at the state `y` to `jacobian[stage]` (n, n), column by column."""
-    n = len(scene.coordinates)
-    _, size, _ = size_of(scene)
+def slopes_entry(scene, y, mode, latched, jacobian, stage):
+    """Write the exact derivatives of `rates` at the state `y` to `jacobian[stage]` (n, n), column by column.
+
+    Arrays are bare pointers; `scene` is a pointer to the Scene.
+    """
+    scene = scene[0]
+    contacts, size, latched_count = size_of(scene)
+    y, mode, latched = shaped(y, (size,)), shaped(mode, (contacts,)), shaped(latched, (latched_count,))
+    jacobian, n = shaped(jacobian, (3, size, size)), len(scene.coordinates)
     for column in rolled_range(size):
         z = Seeded(y, column)
         _, _, loads, motion = evaluate_motion(scene, z, mode, latched)
@@ -232,20 +228,6 @@ def differentiate(scene, y, mode, latched, jacobian, stage):
                 out[state.roots + c] = slope(as_dual(root_rate(scene, contact, state, kappa, c)))
         put_internal_rates(scene.joints, loads, state, kappa, out)
         put_friction_rates(scene, z, motion, kappa, out)
-
-
-def slopes_entry(scene, y, mode, latched, jacobian, stage):
-    """Evaluate `differentiate` with arrays from bare pointers; `scene` is a pointer to the Scene."""
-    parameters = scene[0]
-    contacts, n, latched_count = size_of(parameters)
-    differentiate(
-        parameters,
-        shaped(y, (n,)),
-        shaped(mode, (contacts,)),
-        shaped(latched, (latched_count,)),
-        shaped(jacobian, (3, n, n)),
-        stage,
-    )
 
 
 #: Time histories of a joint, in the order in which `sample_entry` writes them.

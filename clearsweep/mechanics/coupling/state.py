@@ -110,7 +110,12 @@ def time_scale(scene, y, mode):
         return as_type_of(1.0, y[0])
     if contacts == 1:
         return where(touches(mode[0]), y[first_root] * (1.0 / scene.sigma), 1.0)
-    return _kappa_of_several(scene, y, mode)
+    if _has_elements(scene.joints):
+        return _kappa_of_elements(scene, y, mode)
+    if contacts > len(scene.joints):
+        return kappa_of_corners(scene, y, mode)
+    # contacts separate one by one
+    return product_of_other_roots(scene, y, mode, -1) * kappa_per_root_product(scene, y, mode)
 
 
 @kernel
@@ -131,26 +136,6 @@ def kappa_per_root_product(scene, y, mode):
     for c in range(contract.total_counts(scene.joints).contact):
         total = total + where(touches(mode[c]), product_of_other_roots(scene, y, mode, c), 0.0)
     return 1.0 / where(total != 0.0, scene.sigma * total, 1.0)
-
-
-@kernel
-def _kappa_of_joints(scene, y, mode):
-    """Return kappa (s) if contacts separate one by one."""
-    return product_of_other_roots(scene, y, mode, -1) * kappa_per_root_product(scene, y, mode)
-
-
-@kernel
-def _kappa_over_root_of_joints(scene, y, mode, kappa, contact):
-    """Return kappa over the root of a touching contact, s/m^0.5, also where the root is zero."""
-    return product_of_other_roots(scene, y, mode, contact) * kappa_per_root_product(scene, y, mode)
-
-
-@kernel
-def _kappa_over_root_of_corners(scene, y, mode, kappa, contact):
-    root = y[2 * len(scene.coordinates) + 1 + contact]
-    if root != 0.0:
-        return kappa / root
-    return _share_of_corner(scene, y, mode, contact) / scene.sigma
 
 
 @kernel
@@ -205,11 +190,6 @@ def _kappa_of_elements(scene, y, mode):
     return where(ratio > 0.5, 1.0 / where(ratio > 0.5, total, largest), 4.0 * (1.0 - ratio) / largest) / scene.sigma
 
 
-@kernel
-def _kappa_over_root_of_elements(scene, y, mode, kappa, contact):
-    return kappa * _inverse_root(y, 2 * len(scene.coordinates) + 1 + contact)
-
-
 @known
 def touchable_contacts(joints):
     """Return the numbers of all contacts except those that only report."""
@@ -224,17 +204,13 @@ def _has_elements(joints):
 
 
 @kernel
-def _kappa_of_several(scene, y, mode):
-    if _has_elements(scene.joints):
-        return _kappa_of_elements(scene, y, mode)
-    has_corners = contract.total_counts(scene.joints).contact > len(scene.joints)
-    return kappa_of_corners(scene, y, mode) if has_corners else _kappa_of_joints(scene, y, mode)
-
-
-@kernel
 def kappa_over_root(scene, y, mode, kappa, contact):
-    """Return kappa over the root of penetration of a touching contact, one of several, s/m^0.5."""
+    """Return kappa over the root of penetration of a touching contact, one of several, s/m^0.5, also of a root 0."""
+    root_index = 2 * len(scene.coordinates) + 1 + contact
     if _has_elements(scene.joints):
-        return _kappa_over_root_of_elements(scene, y, mode, kappa, contact)
-    has_corners = contract.total_counts(scene.joints).contact > len(scene.joints)
-    return (_kappa_over_root_of_corners if has_corners else _kappa_over_root_of_joints)(scene, y, mode, kappa, contact)
+        return kappa * _inverse_root(y, root_index)
+    if contract.total_counts(scene.joints).contact == len(scene.joints):
+        return product_of_other_roots(scene, y, mode, contact) * kappa_per_root_product(scene, y, mode)
+    if y[root_index] != 0.0:
+        return kappa / y[root_index]
+    return _share_of_corner(scene, y, mode, contact) / scene.sigma

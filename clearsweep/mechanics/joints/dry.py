@@ -55,9 +55,10 @@ def _guards_clip(clip):
     return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
 
 
-def dry_parts(contact, law, friction):
-    """Return the Parts of dry contact number `contact` of a joint, in the order of their numbers."""
-    return contract.Part(Clip(), contact), contract.Part(law, contact), contract.Part(friction, contact)
+def dry_parts(friction, *laws):
+    """Return the Parts of dry contacts of a joint that have these laws, in the order of their numbers."""
+    laws_of_contacts = [(contact, (Clip(), law, friction)) for contact, law in enumerate(laws)]
+    return tuple([contract.Part(law, contact) for contact, laws in laws_of_contacts for law in laws])
 
 
 @known
@@ -70,7 +71,7 @@ def elastic_parts(joint):
 def register_single_contact(joint_type):
     """Register a type of joint that has one dry contact, with its `law` and `friction`."""
     contract.contact_modes.member(joint_type)(lambda joint: (contract.ContactModes(FREE, PRESSED),))
-    contract.parts.member(joint_type)(lambda joint: (*dry_parts(0, joint.law, joint.friction), *elastic_parts(joint)))
+    contract.parts.member(joint_type)(lambda joint: (*dry_parts(joint.friction, joint.law), *elastic_parts(joint)))
 
 
 register_single_contact(Joint)
@@ -154,6 +155,19 @@ def no_load(contact):
 
 
 @inlined
+def load_on_journal(joint, fx, fy, moments, contacts):
+    """Return the Load of a force (N) on the journal; moments : N m, of bearing and journal."""
+    is_journal_proximal, (bearing_moment, journal_moment) = joint.side < 0.0, moments
+    return contract.Load(
+        fx=joint.side * fx,
+        fy=joint.side * fy,
+        moment_proximal=where(is_journal_proximal, journal_moment, bearing_moment),
+        moment_distal=where(is_journal_proximal, bearing_moment, journal_moment),
+        contacts=contacts,
+    )
+
+
+@inlined
 def joint_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
 
@@ -186,16 +200,8 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     contact = pressed_contact(joint, motion, mode, pen, onset_rate)
     fx = -contact.normal * nx - contact.tangential * ny
     fy = -contact.normal * ny + contact.tangential * nx
-    journal_moment = joint.journal_radius * contact.tangential
-    bearing_moment = -joint.bearing_radius * contact.tangential
-    is_journal_proximal = joint.side < 0.0  # the journal is on the proximal body
-    return contract.Load(
-        fx=joint.side * fx,
-        fy=joint.side * fy,
-        moment_proximal=where(is_journal_proximal, journal_moment, bearing_moment),
-        moment_distal=where(is_journal_proximal, bearing_moment, journal_moment),
-        contacts=(contact,),
-    )
+    moments = -joint.bearing_radius * contact.tangential, joint.journal_radius * contact.tangential
+    return load_on_journal(joint, fx, fy, moments, (contact,))
 
 
 _load_by_mode = cond(_load_apart, _load_pressed)

@@ -62,26 +62,9 @@ class Corner(NamedTuple):
     contact: contract.Contact
 
 
-@contract.contact_modes.member(Guide)
-def _contact_modes_guide(joint):
-    return (
-        contract.ContactModes(FREE, PRESSED),
-        contract.ContactModes(FREE, PRESSED),
-        contract.ContactModes(FREE, PRESSED),
-        contract.ContactModes(FREE, PRESSED),
-        contract.ContactModes(ACTS, ACTS),
-    )
-
-
-@contract.parts.member(Guide)
-def _parts_guide(joint):
-    law, friction = joint.law, joint.friction
-    return (
-        *dry_parts(0, law, friction),
-        *dry_parts(1, law, friction),
-        *dry_parts(2, law, friction),
-        *dry_parts(3, law, friction),
-    )
+_MODES = (*((contract.ContactModes(FREE, PRESSED),) * 4), contract.ContactModes(ACTS, ACTS))
+contract.contact_modes.member(Guide)(lambda joint: _MODES)
+contract.parts.member(Guide)(lambda joint: dry_parts(joint.friction, joint.law, joint.law, joint.law, joint.law))
 
 
 @inlined
@@ -157,9 +140,6 @@ def deepest_corner(joint: Guide, gap: GuideGap) -> float:
 @inlined
 def _corner_moment(corner):
     return corner.x * corner.fy - corner.y * corner.fx
-
-
-# ---------------------------------------------------------------------------------------------- grips
 
 
 # ---------------------------------------------------------------------------------------------- a block in a guide

@@ -164,14 +164,7 @@ def film_only_load(joint, film, speed):
         pressure_inputs=(joint.film, film.motion),
         speed=film.speed,
     )
-    bearing_couple, journal_couple = film.bearing_couple, film.journal_couple
-    if joint.side < 0.0:
-        return contract.Load(
-            fx=-fx, fy=-fy, moment_proximal=journal_couple, moment_distal=bearing_couple, contacts=(contact,)
-        )
-    return contract.Load(
-        fx=fx, fy=fy, moment_proximal=bearing_couple, moment_distal=journal_couple, contacts=(contact,)
-    )
+    return dry.load_on_journal(joint, fx, fy, (film.bearing_couple, film.journal_couple), (contact,))
 
 
 @kernel
@@ -285,7 +278,7 @@ contract.contact_modes.member(Lubricated)(lambda joint: (contract.ContactModes(f
 
 @contract.parts.member(Lubricated)
 def _parts_lubricated(joint):
-    return *dry.dry_parts(0, joint.law, joint.friction), *dry.elastic_parts(joint), *_parts_film(joint)
+    return *dry.dry_parts(joint.friction, joint.law), *dry.elastic_parts(joint), *_parts_film(joint)
 
 
 @contract.load.member(Lubricated)

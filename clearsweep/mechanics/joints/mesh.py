@@ -34,7 +34,7 @@ from ..observe import FORCE_ROW, PARTS, QUARTER_POINTS, lagrange
 from ..wear import NoWear, SlidingContact, wear_rate
 from ..wear.bins import record, update_joint_wear
 from . import contract
-from .dry import SurfaceMotion, dry_parts, pressed_contact_at
+from .dry import Clip, SurfaceMotion, pressed_contact_at
 
 DRIVE, COAST = 1.0, -1.0  # sides of the play
 FLANKS = ("drive", "coast")  # their names, in the order of the contacts
@@ -120,9 +120,9 @@ def _contact_modes_mesh(joint):
 
 @contract.parts.member(Mesh)
 def _parts_mesh(joint):
-    law, friction, teeth = joint.law, joint.friction, joint.teeth
-    pairs = [(contract.Part(teeth, flank),) if type(teeth) in law_contract.guards.members else () for flank in range(2)]
-    return *dry_parts(0, law, friction), *pairs[0], *dry_parts(1, law, friction), *pairs[1]
+    teeth = (joint.teeth,) if type(joint.teeth) in law_contract.guards.members else ()
+    laws = Clip(), joint.law, joint.friction, *teeth
+    return tuple([contract.Part(law, flank) for flank in range(2) for law in laws])
 
 
 law_contract.guards.member(Teeth)(law_contract.guards_of_pieces)
@@ -165,11 +165,6 @@ def flank_offsets(joint, offsets, flank):
 
 
 @inlined
-def _offsets_of_teeth(joint, at_flank):
-    return contract.after_law(contract.after_law(at_flank, joint.law), joint.friction)
-
-
-@inlined
 def _pitches(joint, roll, side):
     """Return how many pitches the contact of a flank has passed since the beginning of a path of contact.
 
@@ -205,7 +200,8 @@ def _flank_contact(joint, gap, offsets, state, number):
     at_flank = flank_offsets(joint, offsets, number)
     slip = tangential = pitches = place = torque = turned = zero
     if joint.teeth:
-        teeth = contract.with_current_state(joint.teeth, state.y, state.latched, _offsets_of_teeth(joint, at_flank))
+        at_teeth = contract.after_law(contract.after_law(at_flank, joint.law), joint.friction)
+        teeth = contract.with_current_state(joint.teeth, state.y, state.latched, at_teeth)
         pitches = _pitches(joint, gap.roll, side)
         pair = where(teeth.pair > law_contract.NEVER, teeth.pair, math.floor(plain(pitches)))
         place = teeth.pitch * (pitches - pair - teeth.approach)

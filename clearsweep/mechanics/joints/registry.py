@@ -58,31 +58,7 @@ from .spatial import forces, slices  # noqa: F401
 
 SHARE_OF_STOPS = 1e-3  # of the motion between two stops: the length that tolerances refer to
 
-__all__ = [
-    "RECIPES",
-    "acting_wear",
-    "all_laws",
-    "can_pull",
-    "compile_contact",
-    "compile_film",
-    "compile_friction",
-    "compile_joint",
-    "compile_mesh",
-    "compile_wear",
-    "departs_from_hertz",
-    "derived_values",
-    "elastic_candidates",
-    "elastic_choices",
-    "elastic_forces",
-    "enter_laws",
-    "has_laws",
-    "jam_angle",
-    "own_law_remarks",
-    "penetration_limit",
-    "restitution",
-    "smoothing_width",
-    "uses_ball_stiffness",
-]
+__all__ = ["RECIPES", "enter_laws"]  # of the laws, offered here to what knows only joints
 
 
 def all_laws() -> tuple[Law, ...]:

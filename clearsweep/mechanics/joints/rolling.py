@@ -33,7 +33,7 @@ from ..laws.elastic import Power, PowerThreeHalves
 from ..laws.friction import friction_force
 from ..wear.bins import never_wears
 from . import contract
-from .dry import Clip, normal_forces, separate_contact
+from .dry import Clip, load_on_journal, normal_forces, separate_contact
 from .worn import bodies_of, gap_with_angles, with_angles
 
 FATIGUE_FORCE = 1e3  # N, unit of the forces whose powers are summed
@@ -111,10 +111,9 @@ def _contact_modes_rolling(joint):
 
 @contract.parts.member(Rolling)
 def _parts_rolling(joint):
-    every_part = ()
-    for i in range(len(joint.elements)):
-        every_part = (*every_part, contract.Part(Clip(), i), contract.Part(joint.law, i))
-    return *every_part, contract.Part(joint.friction, len(joint.elements))
+    count = len(joint.elements)
+    every_part = [contract.Part(law, i) for i in range(count) for law in (Clip(), joint.law)]
+    return *every_part, contract.Part(joint.friction, count)
 
 
 # ---------------------------------------------------------------------------------------------- motion
@@ -238,18 +237,9 @@ def _load_rolling(joint, gap, offsets, state):
     resultant = _reported(normal, eccentricity - joint.clearance, zero)
     inner_moment = joint.inner_share * moment + joint.friction_radius * tangential
     outer_moment = joint.outer_share * moment - joint.friction_radius * tangential
-    is_inner_proximal = joint.side < 0.0
-    return contract.Load(
-        fx=joint.side * fx,
-        fy=joint.side * fy,
-        moment_proximal=where(is_inner_proximal, inner_moment, outer_moment),
-        moment_distal=where(is_inner_proximal, outer_moment, inner_moment),
-        contacts=(
-            *contacts,
-            resultant._replace(tangential=tangential, slip=slip),
-            Rings(*_reported(speed, loaded, zero)[:7], speed * inner_fatigue, speed * outer_fatigue),
-        ),
-    )
+    rings = Rings(*_reported(speed, loaded, zero)[:7], speed * inner_fatigue, speed * outer_fatigue)
+    contacts = *contacts, resultant._replace(tangential=tangential, slip=slip), rings
+    return load_on_journal(joint, fx, fy, (outer_moment, inner_moment), contacts)
 
 
 # ---------------------------------------------------------------------------------------------- time histories

@@ -113,16 +113,10 @@ load.member(SlotJoint)(lambda joint, gap, offsets, state: load_at_pin(gap, *_con
 # ---------------------------------------------------------------------------------------------- wear
 
 
-@record.member(SlotJoint)
-def _record_slot_joint(joint, gap, body_angles, j, instant):
-    if touches(instant.step.mode[j]):
-        record_slot_contact(joint, gap, body_angles, j, instant)
-
-
-@inlined
-def record_slot_contact(joint, gap, body_angles, j, instant):
-    """Record the position of touching contact `j` on wall and pin at an Instant."""
+def _record_slot(joint, gap, body_angles, j, instant):
     step, i = instant.step, instant.number
+    if not touches(step.mode[j]):
+        return
     half_length, radius = joint.half_length, joint.journal_radius + joint.clearance
     nearest_x = min(max(gap.x, -half_length), half_length)
     overshoot = gap.x - nearest_x
@@ -141,6 +135,7 @@ def record_slot_contact(joint, gap, body_angles, j, instant):
     step.positions[j, SLOPES + 2, i] = 0.0
 
 
+record.member(SlotJoint)(_record_slot)
 local_clearance.member(SlotJoint)(lambda joint, wall_angle, pin_angle: unworn_local_clearance(joint, wall_angle))
 
 
@@ -166,13 +161,12 @@ def unworn_local_clearance(joint, wall_angle):
     return where(is_on_flat_wall(joint, wall_angle), joint.journal_radius + joint.clearance, joint.clearance)
 
 
-@arc_width.member(SlotJoint)
-def _arc_width_slot_joint(joint, workspace, i):
+def _wide_arc(joint, workspace, i):
     """Return an arc wide enough for the bins: the pin moves along the wall, so its wear is even within a bin."""
     return 2.0 * math.pi
 
 
-# ---------------------------------------------------------------------------------------------- grips
+arc_width.member(SlotJoint)(_wide_arc)
 
 
 # ---------------------------------------------------------------------------------------------- a pin in a slot
@@ -265,16 +259,6 @@ class TurnedSlotGap(NamedTuple):
     angle_distal: float  # rad
 
 
-class _WornContact(NamedTuple):
-    """Contact of a pin in a worn slot."""
-
-    normal: tuple  # of `normal_of`: of the new slot
-    depth: float  # m
-    rate: float  # m/s, of the depth
-    wall_force_ratio: float  # 1, force along the wall divided by the normal force, against the direction of s
-    couple_arm: float  # m, h_j': couple on the slot's body divided by the normal force
-
-
 with_angles.member(WornSlot)(lambda joint, gap, angles: TurnedSlotGap(*gap[:8], angles[1]))
 
 
@@ -287,8 +271,11 @@ def _angle_of(x, y):
     return guess + sine * (1.0 + sine * sine * (1.0 / 6.0))
 
 
-@inlined
-def _worn_contact(joint, gap):
+register_single_contact(WornSlot)
+
+
+@load.member(WornSlot)
+def _load_worn_slot(joint, gap, offsets, state):
     normal, half_length = normal_of(joint, gap), joint.half_length
     radius, nearest_x = joint.journal_radius + joint.clearance, min(max(gap.x, -half_length), half_length)
     angle = _angle_of(normal.x, normal.y)
@@ -297,43 +284,27 @@ def _worn_contact(joint, gap):
     wall_wear, wall_slope, _, _ = shape.wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
     pin_angle = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
     pin_wear, pin_slope, _, _ = shape.wear_depth_at(joint.journal.table, pin_angle)
+    # of the force along the wall, against the direction of s, over the normal force
     wall_force_ratio = wall_slope / joint.bearing_radius * where(is_at_end, radius * inverse, 1.0) + where(
         is_at_end, pin_slope * inverse, 0.0
     )
     tangential_rate = gap.vy * normal.x - gap.vx * normal.y
     rate = normal.rate - wall_force_ratio * tangential_rate - pin_slope * (gap.spin_proximal - gap.spin_distal)
-    return _WornContact(normal, normal.depth - (wall_wear + pin_wear), rate, wall_force_ratio, pin_slope)
-
-
-register_single_contact(WornSlot)
-
-
-@load.member(WornSlot)
-def _load_worn_slot(joint, gap, offsets, state):
-    pin_contact = _worn_contact(joint, gap)
+    depth = normal.depth - (wall_wear + pin_wear)
     if state.mode[offsets.contact] == FREE:
         speed_factor = 1.0 + (joint.bearing.max_slope + joint.journal.max_slope) / joint.clearance
         speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * speed_factor
         surface_speed = speed + joint.journal.max_slope * abs(gap.spin_proximal - gap.spin_distal)
-        bound = as_type_of(surface_speed, pin_contact.depth)
-        return no_load(separate_contact(pin_contact.depth, pin_contact.rate, bound))
-    normal = pin_contact.normal
-    motion = SurfaceMotion(pin_contact.depth, pin_contact.rate, normal.slip)
-    contact = pressed_contact_at(joint, motion, offsets, state)
+        return no_load(separate_contact(depth, rate, as_type_of(surface_speed, depth)))
+    contact = pressed_contact_at(joint, SurfaceMotion(depth, rate, normal.slip), offsets, state)
     force, tangential = contact.normal, contact.tangential
-    tangential_load = tangential + force * pin_contact.wall_force_ratio  # along the normal turned by +90 degrees
+    tangential_load = tangential + force * wall_force_ratio  # along the normal turned by +90 degrees
     axial, transverse = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
-    pin_couple = joint.journal_radius * tangential - force * pin_contact.couple_arm
+    pin_couple = joint.journal_radius * tangential - force * pin_slope
     return load_at_pin(gap, axial, transverse, pin_couple, contact)
 
 
 # ---------------------------------------------------------------------------------------------- wear
-
-
-@record.member(WornSlot)
-def _record_worn_slot(joint, gap, body_angles, j, instant):
-    if touches(instant.step.mode[j]):
-        record_slot_contact(joint, gap, body_angles, j, instant)
 
 
 @local_clearance.member(WornSlot)
@@ -346,7 +317,8 @@ def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
     return clearance * clearance / max(difference, shape.POINT_MARGIN * clearance)
 
 
-arc_width.member(WornSlot)(lambda joint, workspace, i: 2.0 * math.pi)
+record.member(WornSlot)(_record_slot)
+arc_width.member(WornSlot)(_wide_arc)
 
 
 # ---------------------------------------------------------------------------------------------- worn shapes

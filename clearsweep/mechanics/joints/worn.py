@@ -31,8 +31,8 @@ from ..laws.contract import FREE
 from ..laws.friction import friction_force
 from ..wear import contact_angle, local_clearance
 from ..wear.shape import Shape, wear_depth_at
-from .contract import CONTACT_FIELDS, Load, contacts_at_speed, load, power_lost, power_stored, with_current_laws
-from .dry import Gap, Joint, no_load, normal_forces, register_single_contact, separate_contact
+from .contract import CONTACT_FIELDS, contacts_at_speed, load, power_lost, power_stored, with_current_laws
+from .dry import Gap, Joint, load_on_journal, no_load, normal_forces, register_single_contact, separate_contact
 
 NEXT_TO_LAST_STEP = 0.004  # rad, a quarter of the smallest smoothing width: after a smaller step the next is the last
 MAX_LAST_STEP = 1e-4  # rad: largest last step, which is differentiated
@@ -350,9 +350,7 @@ def worn_load(joint, gap, mode, pen, onset_rate):
     journal_moment = nearest_point.radii[1] * tangential - generalised.body_slopes[1] * force
     observed = normal, tangential, slip, rate, generalised.depth, force_factor * elastic, unclipped
     contact = WornContact(*observed, rate / force_factor, generalised)
-    if joint.side < 0.0:
-        return Load(fx=-fx, fy=-fy, moment_proximal=journal_moment, moment_distal=bearing_moment, contacts=(contact,))
-    return Load(fx=fx, fy=fy, moment_proximal=bearing_moment, moment_distal=journal_moment, contacts=(contact,))
+    return load_on_journal(joint, fx, fy, (bearing_moment, journal_moment), (contact,))
 
 
 power_stored.member(WornContact)(lambda contact: contact.elastic * contact.generalised_rate)

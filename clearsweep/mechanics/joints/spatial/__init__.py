@@ -159,19 +159,8 @@ contact_modes.member(Flanged)(lambda joint: (*_wall_modes_of(joint), *_WALLS, *_
 guards.member(Leaving)(lambda leaving: (Guard((ACTS,), observable=RAW, ends_run=True),))
 
 
-@parts.member(Through)
-def _parts_through(joint):
-    return (*dry_parts(0, joint.law, joint.friction), *dry_parts(1, joint.law, joint.friction), Part(Leaving(), 3))
-
-
-@parts.member(Flanged)
-def _parts_flanged(joint):
-    return (
-        *dry_parts(0, joint.law, joint.friction),
-        *dry_parts(1, joint.law, joint.friction),
-        *dry_parts(2, joint.axial_law, joint.friction),
-        *dry_parts(3, joint.axial_law, joint.friction),
-    )
+parts.member(Through)(lambda joint: (*dry_parts(joint.friction, joint.law, joint.law), Part(Leaving(), 3)))
+parts.member(Flanged)(lambda joint: dry_parts(joint.friction, joint.law, joint.law, joint.axial_law, joint.axial_law))
 
 
 # ---------------------------------------------------------------------------------------------- deepest points

@@ -32,29 +32,24 @@ class _Laws(NamedTuple):
     stiffness_fraction: float
 
 
-class _ContactState(NamedTuple):
-    """Present state of a contact."""
-
-    mode: int
-    root: float  # m^0.5, of penetration
-    onset_rate: float  # m/s
-
-
 @kernel
-def _contact_force(point, context, laws, contact_state):
+def _contact_force(point, context, laws, number):
+    """Return the ContactForce at a Point of contact `number` of the joint."""
     position, normal, depth = point
-    gap, relative_motion = context.gap, context.relative_motion
+    gap, relative_motion, state = context.gap, context.relative_motion, context.state
+    index = context.offsets.contact + number
     arm = minus(position, gap.middle)
     relative_velocity = plus(
         relative_motion.velocity, cross(relative_motion.spin, arm)
     )  # neglects the rotation of the bearing over the depth
     rate = dot(relative_velocity, normal)
-    if contact_state.mode == FREE:
+    if state.mode[index] == FREE:
         no_force = Vector(as_type_of(0.0, depth), as_type_of(0.0, depth), as_type_of(0.0, depth))
         speed = math.sqrt(dot(relative_velocity, relative_velocity))
         return spatial.ContactForce(no_force, no_force, no_force, no_force, separate_contact(depth, rate, speed))
-    pen = contact_state.root * abs(contact_state.root)
-    forces = normal_forces(laws, contact_state.mode, pen, rate, contact_state.onset_rate)
+    root = state.y[state.roots + index]
+    pen = root * abs(root)
+    forces = normal_forces(laws, state.mode[index], pen, rate, state.latched[index])
     normal_magnitude, friction_load, elastic, unclipped = (laws.stiffness_fraction * force for force in forces)
     sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.bearing_spin, normal))
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
@@ -82,13 +77,6 @@ class _JointContext(NamedTuple):
 
 
 @kernel
-def _contact_state(context, contact_number):
-    """Return the present state of contact `number`."""
-    state, contact_index = context.state, context.offsets.contact + contact_number
-    return _ContactState(state.mode[contact_index], state.y[state.roots + contact_index], state.latched[contact_index])
-
-
-@kernel
 def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
     """Return the laws with their internal state at the Offsets `law_offsets`."""
     state, friction = context.state, context.joint.friction
@@ -104,16 +92,14 @@ def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
 def _wall_force(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
     laws = _laws_at(context, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
-    return _contact_force(
-        spatial.wall_point(joint.end_type, joint, gap, end), context, laws, _contact_state(context, number)
-    )
+    return _contact_force(spatial.wall_point(joint.end_type, joint, gap, end), context, laws, number)
 
 
 @kernel
 def _flange_force(context, number, end, law_offsets):
     joint, gap = context.joint, context.gap
     laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
-    return _contact_force(spatial.flange_point(joint, gap, end), context, laws, _contact_state(context, number))
+    return _contact_force(spatial.flange_point(joint, gap, end), context, laws, number)
 
 
 @family
@@ -179,43 +165,23 @@ def _context_of(joint, gap, offsets, state):
     )
 
 
-@kernel
-def _spatial_load(gap, force, moment, twist, contacts):
-    """Return the SpatialLoad of contacts with this total force, moment and twist.
-
-    The opposite forces act on the bearing's surface, at the penetration along the normal from the journal's.
-    """
-    about_bearing = plus(moment, cross(gap.middle, force))
-    return spatial.SpatialLoad(force, moment, minus(twist, about_bearing), contacts)
-
-
-@contract.load.member(spatial.Through)
-def _load_through(joint, gap, offsets, state):
+@contract.load.member(spatial.Through, spatial.Flanged)
+def _load_through_or_flanged(joint, gap, offsets, state):
     context = _context_of(joint, gap, offsets, state)
     second_offsets = contract.after_law(contract.after_law(offsets, joint.law), joint.friction)
     a, b = _wall_forces(joint.walls, context, second_offsets)
-    auxiliary = _auxiliary_contacts(joint, gap, a, b)
-    contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
-    return _spatial_load(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
-
-
-@contract.load.member(spatial.Flanged)
-def _load_flanged(joint, gap, offsets, state):
-    context = _context_of(joint, gap, offsets, state)
-    second_offsets = contract.after_law(contract.after_law(offsets, joint.law), joint.friction)
-    third_offsets = contract.after_law(contract.after_law(second_offsets, joint.law), joint.friction)
-    fourth_offsets = contract.after_law(contract.after_law(third_offsets, joint.axial_law), joint.friction)
-    a, b = _wall_forces(joint.walls, context, second_offsets)
-    c, d = _flange_force(context, 2, 1.0, third_offsets), _flange_force(context, 3, -1.0, fourth_offsets)
-    auxiliary = _auxiliary_contacts(joint, gap, a, b)
-    flange_contacts = _in_wall_form(joint.walls, c.contact), _in_wall_form(joint.walls, d.contact)
-    return _spatial_load(
-        gap,
-        plus(plus(a.force, b.force), plus(c.force, d.force)),
-        plus(plus(a.moment, b.moment), plus(c.moment, d.moment)),
-        plus(plus(a.twist, b.twist), plus(c.twist, d.twist)),
-        (a.contact, b.contact, flange_contacts[0], flange_contacts[1], auxiliary[0], auxiliary[1]),
-    )
+    force, moment, twist, flanges = plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), ()
+    if isinstance(joint, spatial.Flanged):
+        third_offsets = contract.after_law(contract.after_law(second_offsets, joint.law), joint.friction)
+        fourth_offsets = contract.after_law(contract.after_law(third_offsets, joint.axial_law), joint.friction)
+        c, d = _flange_force(context, 2, 1.0, third_offsets), _flange_force(context, 3, -1.0, fourth_offsets)
+        force, moment = plus(force, plus(c.force, d.force)), plus(moment, plus(c.moment, d.moment))
+        twist = plus(twist, plus(c.twist, d.twist))
+        flanges = _in_wall_form(joint.walls, c.contact), _in_wall_form(joint.walls, d.contact)
+    # the opposite forces act on the bearing's surface, at the penetration along the normal from the journal's
+    bearing_moment = minus(twist, plus(moment, cross(gap.middle, force)))
+    contacts = (a.contact, b.contact, *flanges, *_auxiliary_contacts(joint, gap, a, b))
+    return spatial.SpatialLoad(force, moment, bearing_moment, contacts)
 
 
 @contract.contacts_at_speed.member(spatial.Through, spatial.Flanged)
@@ -247,14 +213,8 @@ def _gap_histories_through_or_flanged(joint, gap, side):
     return position.x, position.y, position.z, velocity.x, velocity.y, velocity.z, spatial.tilt_of(gap.axis)
 
 
-@contract.load_histories.member(spatial.Through)
-def _load_histories_through(joint, load):
-    a, b, resultant_force, _ = load.contacts
-    return resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
-
-
-@contract.load_histories.member(spatial.Flanged)
-def _load_histories_flanged(joint, load):
-    a, b, c, d, resultant_force, _ = load.contacts
+@contract.load_histories.member(spatial.Through, spatial.Flanged)
+def _load_histories_through_or_flanged(joint, load):
+    (a, b), flanges, resultant_force = load.contacts[:2], load.contacts[2:-2], load.contacts[-2]
     walls = (resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))
-    return (*walls, c.normal, abs(c.tangential), d.normal, abs(d.tangential))
+    return (*walls, *[number for flange in flanges for number in (flange.normal, abs(flange.tangential))])

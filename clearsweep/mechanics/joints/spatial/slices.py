@@ -300,12 +300,7 @@ def write_slices(joint, history, step):
 def slice_at(step, k):
     """Return Slice `k` of the written ones."""
     offset = 2 * step.wear_buffer.size // 3 + 4 * k
-    return Slice(
-        step.wear_buffer[offset],
-        step.wear_buffer[offset + 1],
-        step.wear_buffer[offset + 2],
-        step.wear_buffer[offset + 3],
-    )
+    return Slice(*[step.wear_buffer[offset + i] for i in range(4)])
 
 
 class SliceGroup(NamedTuple):
