@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, rate_or_slope
-from ...tracing.compiled.family import form_number, inlined, kernel, known
+from ...tracing.compiled.family import inlined, kernel, known
 from ..joints import contract
 from ..laws.contract import TOUCHES, internal_rates, internal_state, is_integrated, touches
 from ..machines.contract import friction_laws, friction_slips, with_friction_laws
@@ -52,22 +52,13 @@ def size_of(scene):
 
 def every_state(scene) -> list[tuple]:
     """Return (index of its contact or NEVER_RESET, InternalState, initial value) of every integrated number."""
-    scene_form = form_number(scene)
-    if scene_form in _STATELESS:
-        return []
     joint_states = contract.every_internal_state(scene.joints) if contract.state_kinds_of(scene).integrated else []
-    states = joint_states + [
+    return joint_states + [
         (NEVER_RESET, declared, initial)
         for law in friction_laws(scene.mechanism)
         if is_integrated(type(law))
         for declared, initial in zip(internal_state(law), law[len(law) - len(internal_state(law)) :], strict=True)
     ]
-    if not states:
-        _STATELESS.add(scene_form)
-    return states
-
-
-_STATELESS: set[int] = set()  # form numbers of scenes whose laws have no integrated state, as of most
 
 
 @known

@@ -124,6 +124,11 @@ def plane_strain_modulus(material: Materials) -> float:
     return 1.0 / ((1.0 - bearing.poisson**2) / bearing.young + (1.0 - journal.poisson**2) / journal.young)
 
 
+def hardness_factor(poisson: float) -> float:
+    """Return K = 0.454 + 0.41 nu: the largest Hertzian pressure over hardness at first yield of a sphere."""
+    return 0.454 + 0.41 * poisson
+
+
 def relative_radius(joint: Joint) -> float:
     """Return R_b R_j / (R_b - R_j) in m."""
     bearing = joint.bearing_radius
@@ -341,11 +346,6 @@ def _liu_tangent(elastic, pen):
     return elastic.modulus * pen**elastic.exponent * factor * calculus.sqrt(0.5 * pen / clearance_and_pen)
 
 
-def _make_literal(joint):
-    modulus = 0.5 * calculus.pi * plane_strain_modulus(joint.contact.material)
-    return LiuTangent(modulus, joint.clearance, joint.contact.values["exponent"])
-
-
 register(
     declared_law(
         "elastic bai-zhao-literal: Bai & Zhao's stiffness times a power of the penetration, as printed",
@@ -361,7 +361,11 @@ register(
         "consistent form.",
     ),
     (LiuTangent,),
-    _make_literal,
+    lambda joint: LiuTangent(
+        0.5 * calculus.pi * plane_strain_modulus(joint.contact.material),
+        joint.clearance,
+        joint.contact.values["exponent"],
+    ),
 )
 
 

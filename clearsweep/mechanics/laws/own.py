@@ -143,9 +143,7 @@ def register_kinks_of(law: recorded.Law, law_type: type) -> None:
     if not variables:
         return
 
-    @contract.guards.member(law_type)
-    def guards_of_kinks(law):
-        return (contract.Guard(contract.TOUCHING),) * (2 * len(variables))
+    contract.guards.member(law_type)(lambda law: (contract.Guard(contract.TOUCHING),) * (2 * len(variables)))
 
     @contract.guard_values.member(law_type)
     def guard_values_of_kinks(law, start, contact, root):
@@ -184,10 +182,7 @@ def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> contrac
     def force(elastic, pen):
         return evaluate(elastic.p, pen)
 
-    @root_parity.member(kind)
-    def parity_of_law(elastic):
-        return elastic.parity
-
+    root_parity.member(kind)(lambda elastic: elastic.parity)
     register_kinks_of(law, kind)
 
     def make(joint):
@@ -278,22 +273,10 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> contrac
         p = law.p._replace(elastic=elastic) if is_python else law.p
         return evaluate(p, pen, rate, onset_rate), elastic_force(elastic, pen)
 
-    @lowest_force.member(kind)
-    def lowest(law):
-        return 0.0
-
-    @sign_past_separation.member(kind)
-    def sign(law, elastic):
-        return law.sign_past
-
-    @elastic_force.member(at_rest)
-    def force_at_rest(elastic, pen):
-        return evaluate(elastic.p, pen, 0.0, 1.0)
-
-    @root_parity.member(at_rest)
-    def parity_at_rest(elastic):
-        return elastic.parity
-
+    lowest_force.member(kind)(lambda law: 0.0)
+    sign_past_separation.member(kind)(lambda law, elastic: law.sign_past)
+    elastic_force.member(at_rest)(lambda elastic, pen: evaluate(elastic.p, pen, 0.0, 1.0))
+    root_parity.member(at_rest)(lambda elastic: elastic.parity)
     if recorded.reads(law, "onset_rate"):
         needs_onset_rate.member(kind)(always_needs_onset_rate)
     register_kinks_of(law, kind)

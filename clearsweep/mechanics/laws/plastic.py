@@ -8,7 +8,7 @@ from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
 from . import contract, loss
-from .elastic import elastic_force, plane_strain_modulus, relative_radius
+from .elastic import elastic_force, hardness_factor, plane_strain_modulus, relative_radius
 
 MIN_DEPTH = 1e-12  # m, least recorded depth of a yielding contact
 RELOAD_FACTOR = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again
@@ -189,14 +189,9 @@ contract.register(
 )
 
 
-def _hardness_factor(joint):
-    """Return K = 0.454 + 0.41 nu, the largest Hertzian pressure over hardness at first yield."""
-    return 0.454 + 0.41 * joint.contact.material.bearing.poisson
-
-
 def yield_depth(joint) -> float:
     """Return the penetration (m) at first yield of a ball in a socket: (pi K H / (2 E*))^2 R."""
-    pressure = math.pi * _hardness_factor(joint) * joint.contact.values["hardness"]
+    pressure = math.pi * hardness_factor(joint.contact.material.bearing.poisson) * joint.contact.values["hardness"]
     return (pressure / (2.0 * plane_strain_modulus(joint.contact.material))) ** 2 * relative_radius(joint)
 
 
@@ -223,7 +218,7 @@ contract.register(
         yields=True,
     ),
     (YieldingSphere,),
-    lambda joint: YieldingSphere(yield_depth(joint), 3.0 / _hardness_factor(joint)),
+    lambda joint: YieldingSphere(yield_depth(joint), 3.0 / hardness_factor(joint.contact.material.bearing.poisson)),
     derived=lambda joint: {"contact.yield_depth": (yield_depth(joint), "m")},
 )
 
@@ -299,11 +294,6 @@ def jankowski_ratio(e: float) -> float:
     return 4.5 * math.sqrt(5.0) * (1.0 - e * e) / (e * (e * (9.0 * math.pi - 16.0) + 16.0))
 
 
-def _make_jankowski(joint):
-    parameters = joint.contact.values
-    return ApproachRootDamper(2.0 * jankowski_ratio(parameters["restitution"]) * math.sqrt(parameters["mass"]))
-
-
 contract.register(
     declared_law(
         "law jankowski: Hertzian spring, damped only during the approach",
@@ -314,7 +304,9 @@ contract.register(
         notes="Made for an exponent of 1.5; within 7 % of the specified restitution from 0.1 on, 1.1 % from 0.5 on.",
     ),
     (ApproachRootDamper,),
-    _make_jankowski,
+    lambda joint: ApproachRootDamper(
+        2.0 * jankowski_ratio(joint.contact.values["restitution"]) * math.sqrt(joint.contact.values["mass"])
+    ),
     free_restitution=lambda e: loss.approach_damping_rebound(2.0 * jankowski_ratio(e) / math.sqrt(5.0)),
 )
 

@@ -209,11 +209,6 @@ def _film_pressure_reynolds(law, motion):
     return math.exp(evaluate_expansion(law.peak, motion.ratio, squeeze / speed)[0]) * film_pressure(law.short, motion)
 
 
-def _make_reynolds(joint):
-    short_bearing = RECIPES["film", "short"].make(joint)
-    return Reynolds(short_bearing, *tables_at(0.5 * joint.length / joint.bearing_radius))
-
-
 register(
     declared_law(
         "film reynolds: a bearing of finite length: Reynolds' equation in two dimensions, with a cavity",
@@ -238,7 +233,7 @@ register(
         "tables it begins where it is thickest, which turns a light load on a long bearing by up to 5 deg.",
     ),
     (Reynolds,),
-    _make_reynolds,
+    lambda joint: Reynolds(RECIPES["film", "short"].make(joint), *tables_at(0.5 * joint.length / joint.bearing_radius)),
 )
 
 

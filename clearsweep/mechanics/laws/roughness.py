@@ -28,7 +28,7 @@ from ...contracts.case import Joint
 from ...contracts.catalogue import Columns, Field, declared_law, ranged
 from ...language.errors import InputError
 from .contract import register, require
-from .elastic import plane_strain_modulus
+from .elastic import hardness_factor, plane_strain_modulus
 
 require("roughness")  # no compiled family: tables are computed before compiling
 MAX_LOG_AREA = 600.0  # bound of the logarithm of areas (m^2) at which a spot's load changes its form
@@ -344,11 +344,6 @@ register(
 
 #: Up to which interference r, in critical ones, the force on an asperity is c r^n critical forces: (r, c, n).
 REGIMES = ((1.0, 1.0, 1.5), (6.0, 1.03, 1.425), (110.0, 1.40, 1.263))
-
-
-def hardness_factor(poisson: float) -> float:
-    """Return K = 0.454 + 0.41 nu: the largest Hertzian pressure over hardness at first yield of an asperity."""
-    return 0.454 + 0.41 * poisson
 
 
 def make_kogut_etsion_surface(

@@ -204,6 +204,16 @@ def describe(mechanism, y, pose, motion):
     """Return the values of the time histories of the bodies, in channel order."""
 
 
+def has_finite_accelerations(mechanism, start: np.ndarray, no_loads: tuple) -> bool:
+    """Return whether all accelerations at the initial state are finite; no_loads : a Load of zeros per open joint."""
+    try:
+        with np.errstate(all="ignore"):
+            motion = accelerate(mechanism, pose_at(mechanism, start), no_loads)
+    except ZeroDivisionError:
+        return False
+    return bool(np.all(np.isfinite([*motion.accelerations, motion.torque])))
+
+
 @inlined
 def gap_accelerations(mechanism, y, motion):
     """Return a GapAcceleration for each open joint: time derivatives of the rates from `gaps`."""

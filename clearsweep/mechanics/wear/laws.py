@@ -186,6 +186,15 @@ class HertzLine(NamedTuple):
     width_factor: float  # m (N/m)^-0.5, half-width divided by the root of the line load: sqrt(4 R / (pi E*))
 
 
+@inlined
+def polynomial(coefficients, x):
+    """Return the polynomial of an array of coefficients, by powers from 0 on, at `x`."""
+    total = 0.0
+    for i in range(coefficients.size - 1, -1, -1):
+        total = total * x + coefficients[i]
+    return total
+
+
 @half_arc.member(HertzLine)
 def _half_arc_hertz_line(pressure, joint, radius, sliding):
     load = sliding.line_load * (joint.clearance / sliding.clearance)  # R varies as the inverse of the clearance
@@ -205,9 +214,7 @@ TAIL_COEFFICIENTS = portable.polynomial_through(_tail_fraction, 9)
 @cumulative_pressure.member(HertzLine)
 def _cumulative_pressure_hertz_line(pressure, x, half_angle):
     edge_distance = max(1.0 - abs(x), 0.0)
-    tail = 0.0
-    for i in range(TAIL_COEFFICIENTS.size - 1, -1, -1):
-        tail = tail * edge_distance + TAIL_COEFFICIENTS[i]
+    tail = polynomial(TAIL_COEFFICIENTS, edge_distance)
     return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
@@ -237,10 +244,6 @@ def modulus_of(joint: Joint) -> float:
     return joint.wear.values.get("pressure_modulus") or elastic.plane_strain_modulus(joint.contact.material)
 
 
-def _make_hertz_line(joint: Joint) -> HertzLine:
-    return HertzLine(math.sqrt(4.0 * elastic.relative_radius(joint) / (math.pi * modulus_of(joint))))
-
-
 register(
     declared_law(
         "pressure hertz-line: Hertzian line contact",
@@ -253,7 +256,7 @@ register(
         "/ R_j on the journal.",
     ),
     (HertzLine,),
-    _make_hertz_line,
+    lambda joint: HertzLine(math.sqrt(4.0 * elastic.relative_radius(joint) / (math.pi * modulus_of(joint)))),
 )
 
 
@@ -280,10 +283,7 @@ def _half_arc_of_rigid_circles(pressure, joint, radius, sliding):
     square = pen / (
         2.0 * sliding.clearance + pen
     )  # of the tangent of half of it: the arc's cosine, without cancellation
-    total = 0.0
-    for i in range(ARCTANGENT_COEFFICIENTS.size - 1, -1, -1):
-        total = total * square + ARCTANGENT_COEFFICIENTS[i]
-    return 2.0 * total * math.sqrt(square)
+    return 2.0 * polynomial(ARCTANGENT_COEFFICIENTS, square) * math.sqrt(square)
 
 
 cumulative_pressure.member(UniformPressure)(lambda pressure, x, half_angle: min(max(0.5 + 0.5 * x, 0.0), 1.0))
@@ -454,46 +454,32 @@ PERSSON_TAIL_COEFFICIENTS = _tail_coefficients(8, 7)  # (9, 8), to 1e-9
 @half_arc.member(Persson)
 def _half_arc_persson(pressure, joint, radius, sliding):
     q = sliding.line_load / (pressure.modulus * sliding.clearance)
-    z, total = q / (q + HALFWAY_LOAD), 0.0
-    for i in range(ARC_COEFFICIENTS.size - 1, -1, -1):
-        total = total * z + ARC_COEFFICIENTS[i]
-    return total * math.sqrt(z)
+    z = q / (q + HALFWAY_LOAD)
+    return polynomial(ARC_COEFFICIENTS, z) * math.sqrt(z)
+
+
+@inlined
+def _relative_square(half_angle):
+    """Return the square of a half-angle over that of MAX_HALF_ANGLE."""
+    return half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE))
 
 
 @cumulative_pressure.member(Persson)
 def _cumulative_pressure_persson(pressure, x, half_angle):
     edge_distance = max(1.0 - abs(x), 0.0)
-    square = half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE))
-    tail = 0.0
+    square, tail = _relative_square(half_angle), 0.0
     for i in range(PERSSON_TAIL_COEFFICIENTS.shape[0] - 1, -1, -1):
-        column = 0.0
-        for k in range(PERSSON_TAIL_COEFFICIENTS.shape[1] - 1, -1, -1):
-            column = column * square + PERSSON_TAIL_COEFFICIENTS[i, k]
-        tail = tail * edge_distance + column
+        tail = tail * edge_distance + polynomial(PERSSON_TAIL_COEFFICIENTS[i], square)
     return 0.5 + math.copysign(0.5 - tail * edge_distance * math.sqrt(edge_distance), x)
 
 
 smooth_range.member(Persson)(lambda pressure: 0.95)  # at the ends it varies as the power 3/2
 
 
-@pressure_integral_over_load.member(Persson)
-def _pressure_integral_over_load_persson(pressure, half_angle):
-    square, total = half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE)), 0.0
-    for i in range(INTEGRAL_COEFFICIENTS.size - 1, -1, -1):
-        total = total * square + INTEGRAL_COEFFICIENTS[i]
-    return total
-
-
-@peak_over_mean.member(Persson)
-def _peak_over_mean_persson(pressure, half_angle):
-    square, total = half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE)), 0.0
-    for i in range(PEAK_COEFFICIENTS.size - 1, -1, -1):
-        total = total * square + PEAK_COEFFICIENTS[i]
-    return total
-
-
-def _make_persson(joint: Joint) -> Persson:
-    return Persson(modulus_of(joint))
+pressure_integral_over_load.member(Persson)(
+    lambda pressure, half_angle: polynomial(INTEGRAL_COEFFICIENTS, _relative_square(half_angle))
+)
+peak_over_mean.member(Persson)(lambda pressure, half_angle: polynomial(PEAK_COEFFICIENTS, _relative_square(half_angle)))
 
 
 register(
@@ -510,5 +496,5 @@ register(
         "cannot pass 84.83 degrees.  Bearing and journal have the same arc.",
     ),
     (Persson,),
-    _make_persson,
+    lambda joint: Persson(modulus_of(joint)),
 )

@@ -27,7 +27,7 @@ from ....contracts.machine import (
     Stretch,
 )
 from ...joints.contract import Load
-from ..contract import Built, IdealMotion, Open, accelerate, pose_at
+from ..contract import Built, IdealMotion, Open, has_finite_accelerations
 from ..contract import Ideal as Closed
 from ..programs import kinds_of, shared_by
 from . import equations  # noqa: F401 - registers the equations of motion
@@ -358,12 +358,7 @@ def _dependent_indices(ideal_machine: IdealMachine, form: planar_form.Planar, co
 def _has_finite_accelerations(form: planar_form.Planar, start: np.ndarray) -> bool:
     """Return whether all accelerations at the initial state are finite."""
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
-    try:
-        with np.errstate(all="ignore"):
-            accelerations = accelerate(form, pose_at(form, start), no_loads)
-    except ZeroDivisionError:
-        return False
-    return bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+    return has_finite_accelerations(form, start, no_loads)
 
 
 def _check_spring_directions(machine: Machine, form: planar_form.Planar, start: np.ndarray) -> None:

@@ -11,7 +11,7 @@ from .. import contract
 from ..programs import PlaneVector, generated, vector_sum
 from .dynamics import impact_masses_of, link_signals_of, motion_of
 from .form import STATIONS, Planar, evaluate_cycle
-from .friction import accelerate_with_friction, friction_powers_of, friction_slips_of
+from .friction import FrictionMotion, accelerate_with_friction
 from .kinematics import Bodies, vector_of
 from .load_forms import FRICTION_LOADS
 from .pose import pose_of
@@ -52,14 +52,10 @@ def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVec
     return GuideGap(x, y, relative_vx, relative_vy, spin, bodies.spin(link.distal), *axis, cosine, sine)
 
 
-def _travel_gap(bodies: Bodies, j: int) -> MeshGap:
-    travel, rate, axis = bodies.travel_along(bodies.machine.sites[j].guide, j)
-    return MeshGap(travel, rate, ZERO, ZERO, *(-axis), *(ZERO,) * 6)
-
-
 def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
     if bodies.machine.sites[j].guide is not None:
-        return _travel_gap(bodies, j)
+        travel, rate, axis = bodies.travel_along(bodies.machine.sites[j].guide, j)
+        return MeshGap(travel, rate, ZERO, ZERO, *(-axis), *(ZERO,) * 6)
     mesh, site = bodies.mechanism.joints[j], bodies.machine.sites[j]
     shares = bodies.shares(j)
     twist = sum_of([*(share * bodies.angle(group) for group, share in shares), -mesh.rest])
@@ -198,19 +194,14 @@ def output_and_crank_of(machine: MachineType) -> Program:
     """Return the program of the output and the crank's angle, each with its rate, from a mechanism and its pose."""
     bodies, crank = Bodies(machine), machine.spanning_tree.crank
     position, rate = _output_motion(bodies)
-    return bodies.program.returns((position, rate, bodies.angle(crank), crank_rate_in(bodies)))
+    return bodies.program.returns((position, rate, bodies.angle(crank), bodies.spin(machine.crank)))
 
 
 @generated(machine_type)
 def crank_rate_of(machine: MachineType) -> Program:
     """Return the program of `contract.crank_rate`."""
     bodies = Bodies(machine)
-    return bodies.program.returns(crank_rate_in(bodies))
-
-
-def crank_rate_in(bodies: Bodies) -> Expr:
-    """Return the rate of the crank's angle."""
-    return bodies.spin(bodies.machine.crank)
+    return bodies.program.returns(bodies.spin(machine.crank))
 
 
 def _output_motion(bodies: Bodies) -> tuple[Expr, Expr]:
@@ -232,8 +223,12 @@ contract.impact_masses.member(Planar)(impact_masses_of)
 contract.crank_rate.member(Planar)(lambda mechanism, pose, nominal: crank_rate_of(mechanism, pose))
 contract.gravity_of.member(Planar)(lambda mechanism: (0.0, -mechanism.gravity))
 contract.body_angles.member(Planar)(lambda mechanism, y: body_angles_of(mechanism, pose_of(mechanism, y)))
-contract.friction_slips.member(Planar)(lambda mechanism, motion: friction_slips_of(motion))
-contract.friction_powers.member(Planar)(lambda mechanism, motion: friction_powers_of(motion))
+contract.friction_slips.member(Planar)(
+    lambda mechanism, motion: motion.slips if isinstance(motion, FrictionMotion) else ()
+)
+contract.friction_powers.member(Planar)(
+    lambda mechanism, motion: motion.powers if isinstance(motion, FrictionMotion) else ()
+)
 
 
 @contract.accelerate.member(Planar)
@@ -258,7 +253,7 @@ def _link_signal_count_planar(mechanism):
 
 @contract.load_power.member(Planar)
 def _load_power_planar(mechanism, motion):
-    powers = friction_powers_of(motion)
+    powers = contract.friction_powers(mechanism, motion)
     total = powers[0] if powers else 0.0
     for i in range(1, len(powers)):
         total = total + powers[i]

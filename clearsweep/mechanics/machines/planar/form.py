@@ -225,18 +225,14 @@ class Cycle(NamedTuple):
     start: float  # rad, crank's angle at the first station
 
 
-class BranchingCycle(NamedTuple):
-    """The Cycle of a machine whose loops pass change points; further columns are derivatives of those of its loops."""
+BranchingCycle = NamedTuple("BranchingCycle", [*Cycle.__annotations__.items()])
+BranchingCycle.__doc__ = """The Cycle of a machine whose loops pass change points.
 
-    table: float
-    stations: float
-    columns: float
-    start: float
+Further columns are derivatives of those of its loops.
+"""
 
 
-def make_cycle(
-    columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float, form: type = Cycle
-) -> Cycle | BranchingCycle:
+def make_cycle(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float, form: type = Cycle) -> tuple:
     """Return the Cycle of quantities, each given with its derivatives at all stations."""
     table = np.array([list(column) for column in columns]).transpose(2, 0, 1)  # (stations + 1, columns, WIDTH)
     return form(array_handle(table), float(table.shape[0] - 1), float(table.shape[1]), start)

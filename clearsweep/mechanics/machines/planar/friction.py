@@ -11,10 +11,9 @@ from typing import NamedTuple
 from ....tracing.compiled import calculus
 from ....tracing.compiled.choosing import replaced, where
 from ....tracing.compiled.dual import plain
-from ....tracing.compiled.family import family, inlined, kernel, known
+from ....tracing.compiled.family import inlined, kernel, known
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ...laws.friction import friction_force, friction_in_pin, static_limit, static_limit_in_pin
-from ..contract import Motion
 from ..programs import NO_VECTOR, PlaneVector, generated, vector_sum
 from .dynamics import Dynamics
 from .kinematics import Bodies, combination, section_turns, signed
@@ -35,24 +34,6 @@ class FrictionMotion(NamedTuple):
     torque: float  # N m
     powers: tuple  # W, of each friction; nan without convergence
     slips: tuple  # at which its law is evaluated: m/s, or rad/s for a couple of a given size
-
-
-@family
-def friction_powers_of(motion):
-    """Return the power (W) of each friction in joints without clearance, or of a given size."""
-
-
-friction_powers_of.member(Motion)(lambda motion: ())
-friction_powers_of.member(FrictionMotion)(lambda motion: motion.powers)
-
-
-@family
-def friction_slips_of(motion):
-    """Return the sliding speed at which the law of each friction is evaluated."""
-
-
-friction_slips_of.member(Motion)(lambda motion: ())
-friction_slips_of.member(FrictionMotion)(lambda motion: motion.slips)
 
 
 class FrictionDynamics(Dynamics):

@@ -23,7 +23,7 @@ from ....contracts.machine import GROUND, Aim, Body, BodyPoint, Constant, Guide,
 from ....tracing.compiled.vector import Vector
 from ...joints.spatial import SpatialLoad, deepest_of, overlap_of
 from .. import described
-from ..contract import Built, accelerate, gaps, pose_at
+from ..contract import Built, gaps, has_finite_accelerations, pose_at
 from ..drives import CRANK_SPEED
 from ..planar.closure import MobilityError, extent
 from ..planar.form import as_empty_tuples, make_cycle
@@ -370,13 +370,7 @@ def _lengths_per_unit(assembly: Assembly, attachment: Attachment) -> list[float]
 def _check_masses(value: Tree, start: np.ndarray) -> None:
     """Raise MobilityError if a turning body has no moment of inertia."""
     no_loads = tuple(SpatialLoad(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, ()) for _ in value.openings)
-    try:
-        with np.errstate(all="ignore"):
-            accelerations = accelerate(value, pose_at(value, start), no_loads)
-        is_finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
-    except ZeroDivisionError:
-        is_finite = False
-    if not is_finite:
+    if not has_finite_accelerations(value, start, no_loads):
         raise MobilityError("with these joints open, something turns that has no moment of inertia")
 
 
