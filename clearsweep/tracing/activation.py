@@ -177,18 +177,28 @@ def join_paths(paths: list[Path]) -> Any:
         builder.position_at_end(paths[0].block)
         return paths[0].value
     end = trace().block()
-    values = with_common_slopes([path.value for path in paths])
+    value = merged([path.block for path in paths], [path.value for path in paths], end)
+    lead(paths, end)
+    return value
+
+
+def merged(blocks: list[Any], values: list[Any], end: Any) -> Any:
+    """Return the value, numbers or tuples of one form, in the block where other blocks end that give these values."""
+    values = with_common_slopes(values)
     leaf_rows = [leaves(value) for value in values]
     if len({len(row) for row in leaf_rows}) != 1:
         raise NotTraceableError("gives different forms on different paths")
-    results = [
-        merge_values([path.block for path in paths], list(column), end) for column in zip(*leaf_rows, strict=True)
-    ]
+    results = [merge_values(blocks, list(column), end) for column in zip(*leaf_rows, strict=True)]
+    return rebuild(values[0], iter(results))
+
+
+def lead(paths: list[Path], end: Any) -> None:
+    """Let paths lead to a block, and continue there."""
+    builder = trace().builder
     for path in paths:
         builder.position_at_end(path.block)
         builder.branch(end)
     builder.position_at_end(end)
-    return rebuild(values[0], iter(results))
 
 
 def merge_values(blocks: list[Any], column: list[Any], end: Any) -> Any:

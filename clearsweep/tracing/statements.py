@@ -1,6 +1,7 @@
 """Statements of a body on symbols, except loops."""
 
 import ast
+import contextlib
 from typing import Any
 
 from . import activation, symbols
@@ -164,44 +165,31 @@ class Statements(Expressions):
             self.activation.names = paths[0].value
             return False
         common_names = [name for name in paths[0].value if all(name in path.value for path in paths)]
-        builder, end = trace().builder, trace().block()
-        merged_names: dict[str, Any] = {}
+        end, merged_names = trace().block(), dict[str, Any]()
         for name in common_names:
             column = [path.value[name] for path in paths]
             if all(x is column[0] for x in column):
                 merged_names[name] = column[0]
                 continue
-            try:
-                column = activation.with_common_slopes(column)
-                leaf_rows = [activation.leaves(x) for x in column]
-                if len({len(row) for row in leaf_rows}) != 1:
-                    continue
-                blocks = [path.block for path in paths]
-                results = [activation.merge_values(blocks, list(items), end) for items in zip(*leaf_rows, strict=True)]
-            except NotTraceableError:
-                continue  # a name with different structures has no value from here on
-            merged_names[name] = activation.rebuild(column[0], iter(results))
-        for path in paths:
-            builder.position_at_end(path.block)
-            builder.branch(end)
-        builder.position_at_end(end)
+            with contextlib.suppress(NotTraceableError):  # a name with different structures has no value from here on
+                merged_names[name] = activation.merged([path.block for path in paths], column, end)
+        activation.lead(paths, end)
         self.activation.names = merged_names
         return False
 
     def execute_Break(self, node: Any) -> bool:  # noqa: N802
         """Leave a loop."""
-        lanes = self.activation.lanes()
-        if lanes is not None:
-            self.stop(f"{activation.LANES}of loop {len(self.activation.loops)}", lanes)
-            return True
-        self.activation.loops[-1].breaks.append(activation.Path(trace().builder.block, dict(self.activation.names)))
-        return True
+        return self.end("loop", self.activation.loops[-1].breaks)
 
     def execute_Continue(self, node: Any) -> bool:  # noqa: N802
         """End an iteration of a loop."""
+        return self.end("iteration", self.activation.loops[-1].continues)
+
+    def end(self, kind: str, exits: list[activation.Path]) -> bool:
+        """End a loop or an iteration of it: active lanes by its mask, all lanes by an exit; no path continues."""
         lanes = self.activation.lanes()
         if lanes is not None:
-            self.stop(f"{activation.LANES}of iteration {len(self.activation.loops)}", lanes)
-            return True
-        self.activation.loops[-1].continues.append(activation.Path(trace().builder.block, dict(self.activation.names)))
+            self.stop(f"{activation.LANES}of {kind} {len(self.activation.loops)}", lanes)
+        else:
+            exits.append(activation.Path(trace().builder.block, dict(self.activation.names)))
         return True

@@ -27,7 +27,7 @@ from ...language.errors import InputError
 from . import planar
 from .drives import drive_keys
 from .gears import FLANKED, GEAR_FIELDS, flanked_keys
-from .loads import CENTER_TEXT, load_keys
+from .loads import CENTER_TEXT, along_axes, load_keys
 
 # ---------------------------------------------------------------------------------------------- gravity
 
@@ -47,9 +47,7 @@ def gravity_section(outline: Outline) -> Keys:
     """Return the section with the gravity of a planar machine: a number, or a list of two."""
     if not outline.inclined:
         return Keys("mechanism", "", (_GRAVITY,), role=CHOICE)
-    fields = tuple(
-        ranged(str(k), "m/s^2", f"acceleration of gravity along {axis}", "(-inf, inf)") for k, axis in enumerate("xy")
-    )
+    fields = along_axes("m/s^2", "acceleration of gravity along {}")
     return Keys("mechanism.gravity", "acceleration of gravity along x and y", fields, role=CONDITION)
 
 
@@ -384,13 +382,9 @@ _MOUNTS = "mechanism.mounts"
 _MASS = Field("mass", "kg", "mass of the housing, which moves with it and does not turn")
 
 
-def _along_axes(unit: str, text: str, interval: str = "(0, inf)", **further) -> tuple[Field, ...]:
-    return tuple(ranged(str(k), unit, f"{text} along {axis}", interval, **further) for k, axis in enumerate("xy"))
-
-
-_STIFFNESS = _along_axes("N/m", "stiffness of the springs")
-_DAMPING = _along_axes("N*s/m", "coefficient of the dampers", "[0, inf)", default=0.0)
-_RATIO = _along_axes("1", "damping ratio of housing and springs", "[0, inf)")
+_STIFFNESS = along_axes("N/m", "stiffness of the springs along {}", "(0, inf)")
+_DAMPING = along_axes("N*s/m", "coefficient of the dampers along {}", "[0, inf)", default=0.0)
+_RATIO = along_axes("1", "damping ratio of housing and springs along {}", "[0, inf)")
 
 
 def mount_keys(outline: Outline, joints: Iterable[str]) -> Iterable[Keys]:
@@ -425,17 +419,13 @@ def mounts_of(values: Mapping, outline: Outline) -> tuple[Mount, ...]:
     mounts = []
     for joint in outline.mounts:
         path = f"mounts.{joint}"
-        mass, stiffness = values[f"{path}.mass"], _pair_of(values, f"{path}.stiffness")
-        damping = _pair_of(values, f"{path}.damping")
+        mass, stiffness = values[f"{path}.mass"], pair_at(values, f"{path}.stiffness")
+        damping: tuple[float, ...] = pair_at(values, f"{path}.damping")
         if f"{path}.damping_ratio.0" in values:
-            ratios = _pair_of(values, f"{path}.damping_ratio")
+            ratios = pair_at(values, f"{path}.damping_ratio")
             damping = tuple(2.0 * ratio * math.sqrt(k * mass) for ratio, k in zip(ratios, stiffness, strict=True))
         mounts.append(Mount(joint, mass, stiffness, damping))
     return tuple(mounts)
-
-
-def _pair_of(values: Mapping, path: str) -> tuple[float, ...]:
-    return values[f"{path}.0"], values[f"{path}.1"]
 
 
 # ---------------------------------------------------------------------------------------------- vibration
@@ -458,14 +448,10 @@ _BAND = tuple(
     for k, (end, frequency) in enumerate((("lowest", 10.0), ("highest", 1000.0)))
 )
 _ZONES = tuple(Field(str(k), "m/s", f"largest velocity (rms) in zone {zone}") for k, zone in enumerate("ABC"))
-_ABOUT = tuple(
-    ranged(str(k), "m", f"{axis} coordinate in the fixed frame", "(-inf, inf)") for k, axis in enumerate("xy")
-)
-_POINT = tuple(
-    ranged(str(k), "m", f"{axis} coordinate in the frame of the body", "(-inf, inf)") for k, axis in enumerate("xy")
-)
+_ABOUT = along_axes("m", "{} coordinate in the fixed frame")
+POSITION = along_axes("m", "{} coordinate in the frame of the body")
 _FRAME_MASS = Field("mass", "kg", "mass of the frame; without it the frame does not move", optional=True, role=CHOICE)
-_FRAME_STIFFNESS = _along_axes("N/m", "stiffness of the mount", "[0, inf)")
+_FRAME_STIFFNESS = along_axes("N/m", "stiffness of the mount along {}", "[0, inf)")
 _FRAME_DAMPING = ranged("damping", "1", "damping ratio of frame and mount", "[0, inf)", default=0.0)
 
 
@@ -515,7 +501,7 @@ def _place_keys(place: PlaceOutline, bodies: tuple[str, ...]) -> tuple[Keys, ...
     text = f"place on the body; default: the pin of a slider, else its {CENTER_TEXT}"
     return (
         Keys(path, "a place", need="optional", words=(body_key,)),
-        Keys(f"{path}.point", text, _POINT, "optional", role=CHOICE),
+        Keys(f"{path}.point", text, POSITION, "optional", role=CHOICE),
     )
 
 

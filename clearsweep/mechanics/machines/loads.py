@@ -24,10 +24,14 @@ from ..laws.contract import compile_law
 
 CENTER = "center"  # the name of a body's centre of mass as a point
 CENTER_TEXT = "centre of mass"
-_FORCE = (
-    ranged("0", "N", "force along x of the fixed frame", "(-inf, inf)"),
-    ranged("1", "N", "force along y of the fixed frame", "(-inf, inf)"),
-)
+
+
+def along_axes(unit: str, text: str, interval: str = "(-inf, inf)", **further) -> tuple[Field, ...]:
+    """Return the items of a list of two, along x and y; text : with {} in place of the axis."""
+    return tuple(ranged(str(k), unit, text.format(axis), interval, **further) for k, axis in enumerate("xy"))
+
+
+_FORCE = along_axes("N", "force along {} of the fixed frame")
 _TORQUE = ranged("torque", "N*m", "torque on the body, counter-clockwise", "(-inf, inf)", optional=True, role=CONDITION)
 _SCALE = ranged(
     "scale", "1", "factor on all forces and torques of the table", "(-inf, inf)", default=1.0, role=CONDITION
@@ -68,10 +72,7 @@ _REACTED = (
     "whether the frame reacts the load, as a cylinder does the pressure of its gas; false adds it to the force on the "
     "frame, see `vibration`",
 )
-_ANCHOR = (
-    ranged("0", "m", "x coordinate of the anchor in the frame of the first body", "(-inf, inf)"),
-    ranged("1", "m", "y coordinate of the anchor in the frame of the first body", "(-inf, inf)"),
-)
+_ANCHOR = along_axes("m", "{} coordinate of the anchor in the frame of the first body")
 _SPRING = (
     ranged("stiffness", "N/m", "stiffness of the spring", "[0, inf)"),
     ranged("free_length", "m", "length of the spring without force", "[0, inf)", default=0.0),

@@ -20,7 +20,7 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, Initial, Machine, Pin
 from . import described
-from .described import joint_keys, joint_of, mounts_of, output_keys, pair_at, vibration_keys
+from .described import POSITION, joint_keys, joint_of, mounts_of, output_keys, pair_at, vibration_keys
 from .drives import make_drive, with_visited_angles
 from .gears import FLANKED, mesh_of, stops_of
 from .loads import LoadPoints, make_loads
@@ -141,9 +141,6 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
 # ---------------------------------------------------------------------------------------------- in the plane
 
 
-_POSITION = tuple(
-    ranged(str(k), "m", f"{axis} coordinate in the frame of the body", "(-inf, inf)") for k, axis in enumerate("xy")
-)
 _BODY = (
     ranged("mass", "kg", "mass of the body", "[0, inf)"),
     ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
@@ -206,7 +203,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             path, "the fixed body" if is_fixed else "a body of the mechanism", () if is_fixed else _BODY, role=CHOICE
         )
         if not is_fixed:
-            center = tuple(field._replace(default=0.0) for field in _POSITION)
+            center = tuple(field._replace(default=0.0) for field in POSITION)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied", role=CHOICE)
             text = (
                 "initial state of a body that has no ideal joint; of one on an ideal pin only angle and rate. "
@@ -218,7 +215,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             yield from described.elastic_keys(path, outline, body.points)
         for point in body.points:
             yield Keys(
-                f"{path}.points.{point}", "position of the point in the frame of its body", _POSITION, role=CHOICE
+                f"{path}.points.{point}", "position of the point in the frame of its body", POSITION, role=CHOICE
             )
     yield Keys("mechanism.joints", "the joints between the bodies, by name")
     endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
