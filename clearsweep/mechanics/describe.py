@@ -53,9 +53,14 @@ def law_text(name: str | None = None) -> str:
 
     Without a name, one line for each law.
     """
-    if name is None:
-        return _overview_text()
-    return "\n\n".join(text_of(law) for law in _all_descriptions() if law.name == name)
+    descriptions = _all_descriptions()
+    if name is not None:
+        return "\n\n".join(text_of(law) for law in descriptions if law.name == name)
+    blocks, width = [], max(len(law.name) for law in descriptions)
+    for family, key in KEYS.items():
+        lines = [f"  {law.name:{width}}  {law.summary}" for law in descriptions if law.family == family]
+        blocks += ["\n".join([key, *lines])] if lines else []  # of motors and figures there are only own ones
+    return "\n\n".join(blocks)
 
 
 def law_names() -> tuple[str, ...]:
@@ -67,15 +72,6 @@ def _all_descriptions() -> tuple[Law, ...]:
     """Return the mechanisms, drives, loads and all laws."""
     mechanisms = (mechanism.law for mechanism in MECHANISMS.values())
     return (*mechanisms, *DRIVES.values(), *LOADS.values(), *(recipe.law for recipe in RECIPES.values()))
-
-
-def _overview_text() -> str:
-    keys, blocks = _all_descriptions(), []
-    width = max(len(law.name) for law in keys)
-    for family, key in KEYS.items():
-        lines = [f"  {law.name:{width}}  {law.summary}" for law in keys if law.family == family]
-        blocks += ["\n".join([key, *lines])] if lines else []  # of motors and figures there are only own ones
-    return "\n\n".join(blocks)
 
 
 def own_laws_text(laws: Iterable[Law]) -> str:
@@ -159,15 +155,10 @@ def _restitution_table(recipe: Recipe) -> str:
     return _table("restitution of a free impact", ("specified", "returned"), rows)
 
 
-def reference_joint(law: Law) -> Joint:
-    """Return the joint section for which the forces of an elastic law are shown."""
+def _force_table(law: Law, recipe: Recipe) -> str:
     defaults = {field.name: field.default for field in law.fields if field.default is not None}
     contact = REFERENCE.contact
-    return REFERENCE._replace(contact=contact._replace(elastic=law.name, values=contact.values | defaults))
-
-
-def _force_table(law: Law, recipe: Recipe) -> str:
-    joint = reference_joint(law)
+    joint = REFERENCE._replace(contact=contact._replace(elastic=law.name, values=contact.values | defaults))
     elastic, limit, derived = recipe.make(joint), recipe.limit(joint), recipe.derived(joint)
     layer = ", layer 5 mm" if any(field.name == "thickness" for field in law.fields) else ""
     limit_text = "" if math.isinf(limit) else f"\n  valid up to {1e6 * limit:.4g} um"

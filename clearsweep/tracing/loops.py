@@ -156,10 +156,11 @@ class _LoopVariables:
         final_values: dict[tuple[str, int], Any] = {}
         for name, initial_values in self.initial_values.items():
             values = leaves(self.activation.names.get(name))
+            pairs = zip(values, initial_values, strict=False)
             if (
                 name not in self.activation.names
                 or len(values) != len(initial_values)
-                or not _same_arrays(values, initial_values)
+                or any(x is not y for x, y in pairs if isinstance(x, View) or isinstance(y, View))
             ):
                 too_narrow[name] = None
                 continue
@@ -176,12 +177,6 @@ class _LoopVariables:
 
 def _is_same(value: Any, initial: Any) -> bool:
     return value is initial or (type(value) is type(initial) is str and value == initial)
-
-
-def _same_arrays(values: list[Any], initial_values: list[Any]) -> bool:
-    return all(
-        x is y for x, y in zip(values, initial_values, strict=True) if isinstance(x, View) or isinstance(y, View)
-    )
 
 
 class Loops(Statements):
@@ -247,7 +242,9 @@ class Loops(Statements):
             self.assign(node.target, item)
             exits.continues.clear()
             if self.run_iteration(node, exits):
-                return self.join([Path(path.block, _without(path.value, loop_mask)) for path in exits.breaks])
+                for path in exits.breaks:
+                    path.value.pop(loop_mask, None)
+                return self.join(exits.breaks)
         self.activation.names.pop(loop_mask, None)
         if exits.breaks:
             return self.join([*exits.breaks, Path(trace().builder.block, self.activation.names)])
@@ -364,10 +361,6 @@ class Loops(Statements):
         builder.position_at_end(body)
 
 
-def _without(names: dict[str, Any], name: str) -> dict[str, Any]:
-    return {key: value for key, value in names.items() if key != name}
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Interprets the body of a function on symbols, statement by statement, from its syntax tree.
 #
@@ -394,7 +387,7 @@ protocols.register_symbol_emitter(float, symbols.as_number)
 protocols.register_symbol_emitter(bool, as_boolean)
 protocols.register_symbol_emitter(math.sqrt, lambda x: symbols.call_intrinsic("sqrt", x))
 protocols.register_symbol_emitter(math.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
-protocols.register_symbol_emitter(math.floor, lambda x: symbols.truncate(symbols.floor_number(x)))
+protocols.register_symbol_emitter(math.floor, lambda x: symbols.truncate(symbols.call_intrinsic("floor", x)))
 protocols.register_symbol_emitter(
     math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf)
 )

@@ -270,16 +270,16 @@ def machine_code(function: Callable) -> Callable:
             if copy is not array:
                 array[...] = copy
         values = zip(results.tolist(), results.view(np.int64).tolist(), strict=True)
-        return map_leaves(result, lambda x: _python_number(x, *next(values)) if x in _RESULT_KINDS else x)
+
+        def python_value(x: Any) -> Any:
+            if x not in (Number, Integer, Boolean):
+                return x
+            number, bits = next(values)
+            return number if x is Number else bits if x is Integer else bool(number)
+
+        return map_leaves(result, python_value)
 
     return call_machine_code
-
-
-_RESULT_KINDS = (Number, Integer, Boolean)  # in the place of numbers of these kinds in a result
-
-
-def _python_number(kind: type, number: float, bits: int) -> Any:
-    return number if kind is Number else bits if kind is Integer else bool(number)
 
 
 def _check_arrays(function: Callable, arrays: list[np.ndarray]) -> None:

@@ -445,11 +445,6 @@ def truncate(x: Any) -> Any:
     return Integer(trace().builder.call(function, [x.value]), x.width)
 
 
-def floor_number(x: Any) -> Number:
-    """Emit the largest integer not above x, as a Number."""
-    return call_intrinsic("floor", x)
-
-
 def bits_of(x: Number) -> Integer:
     """Emit the bits of a number."""
     return Integer(trace().builder.bitcast(x.value, llvm_type(INT64, x.width)), x.width)

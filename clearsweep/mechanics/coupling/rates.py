@@ -72,12 +72,7 @@ def root_rate(scene, contact, state, kappa, c):
     return approach * kappa_over_root(scene, state.y, state.mode, kappa, c)
 
 
-@inlined
-def _zero_rate(scene, contact, state, kappa, c):
-    return as_type_of(0.0, state.y[state.roots + c])
-
-
-_rate_of_root = cond(root_rate, _zero_rate)
+_rate_of_root = cond(root_rate, lambda scene, contact, state, kappa, c: as_type_of(0.0, state.y[state.roots + c]))
 
 
 @inlined

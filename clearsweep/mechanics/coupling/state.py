@@ -5,13 +5,13 @@ states, as these surfaces never part.
 """
 
 import itertools
-from typing import NamedTuple
 
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, rate_or_slope
 from ...tracing.compiled.family import inlined, kernel, known
 from ..joints import contract
 from ..laws.contract import TOUCHES, internal_rates, internal_state, is_integrated, touches
+from ..laws.friction import Sliding
 from ..machines.contract import friction_laws, friction_slips, with_friction_laws
 
 # ---------------------------------------------------------------------------------------------- size and states
@@ -19,12 +19,6 @@ from ..machines.contract import friction_laws, friction_slips, with_friction_law
 
 LEAST_ROOT = 1e-100  # m^0.5, in place of a root of penetration that is zero
 NEVER_RESET = -1  # in place of the index of the contact whose separation resets a number
-
-
-class Sliding(NamedTuple):
-    """Quantities that determine the internal state of a law if the surfaces always touch."""
-
-    slip: float  # m/s
 
 
 @known
@@ -86,7 +80,7 @@ def put_friction_rates(scene, y, motion, kappa, out):
         laws, slips = friction_laws(with_friction_states(scene, y).mechanism), friction_slips(scene.mechanism, motion)
         for law, slip, start in zip(laws, slips, _first_states(scene), strict=True):
             if _state_size(law):
-                for i, rate in enumerate(internal_rates(law, Sliding(slip)), start):
+                for i, rate in enumerate(internal_rates(law, Sliding(slip=slip)), start):
                     out[i] = rate_or_slope(kappa * rate)
 
 

@@ -139,7 +139,7 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
         later_fields = law, elastic, _compile_contact_friction(joint), mean_radius, compile_wear(joint)
         unworn_slot = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *later_fields)
         return (
-            slot.WornSlot(*unworn_slot, *_worn_slot_shapes(joint, unworn_slot, earlier_wear)[:2])
+            slot.WornSlot(*unworn_slot, *slot.slot_shapes(unworn_slot, *_depths(joint, earlier_wear))[:2])
             if _has_evolving_shape(joint)
             else unworn_slot
         )
@@ -196,11 +196,6 @@ def _has_evolving_shape(joint: Joint) -> bool:
     return joint.wear is not None and joint.wear.evolve
 
 
-def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
-    """Return the worn shapes of a slot with the compiled form `compiled`, and their offset (m)."""
-    return slot.slot_shapes(compiled, *_depths(joint, worn))
-
-
 def _wears_by_overlap(joint: Joint) -> bool:
     """Return whether the wear of a joint is distributed like the overlap of its worn surfaces."""
     return joint.wear is not None and joint.wear.pressure == "winkler" and joint.slot_length is None
@@ -227,7 +222,7 @@ def smoothing_width(joint: Joint, worn: Worn) -> float | None:
     if not _has_evolving_shape(joint) or _wears_by_overlap(joint):
         return None
     if joint.slot_length is not None:
-        return _worn_slot_shapes(joint, compile_joint(joint, "", worn), worn)[2]
+        return slot.slot_shapes(compile_joint(joint, "", worn), *_depths(joint, worn))[2]
     return _point_shapes(joint, worn)[2]
 
 

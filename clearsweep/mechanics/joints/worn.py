@@ -155,12 +155,6 @@ def deepest_by_sampling(surfaces, x, y, body_angles):
     return angle
 
 
-@kernel
-def step_tolerance(x):
-    """Return the step length (rad) after which the next step is the last; smaller for derivatives."""
-    return MAX_LAST_STEP if isinstance(x, Dual) else NEXT_TO_LAST_STEP
-
-
 @inlined
 def deepest_angle(joint, x, y, body_angles, tolerance):
     """Return the angle (rad) of the nearest point before the last step; tolerance : rad, of the next-to-last step."""
@@ -192,7 +186,8 @@ def nearest(joint, gap):
     """Return the Nearest of a GapWithAngles, differentiable through the last Newton step."""
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
-    angle = deepest_angle(joint, plain(x), plain(y), (plain(bearing_angle), plain(journal_angle)), step_tolerance(x))
+    tolerance = MAX_LAST_STEP if isinstance(x, Dual) else NEXT_TO_LAST_STEP
+    angle = deepest_angle(joint, plain(x), plain(y), (plain(bearing_angle), plain(journal_angle)), tolerance)
     c, s = direction(angle)
     bearing_wear, bearing_slope, bearing_curvature, bearing_third = wear_depth_at(
         joint.bearing.table, angle - bearing_angle

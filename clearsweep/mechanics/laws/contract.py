@@ -202,19 +202,6 @@ def current_piece(piece, kink_values, x):
 
 
 @kernel
-def _distances_past_ends(kink_values, piece, x):
-    """Return the distances of `x` past the end and before the beginning of a piece.
-
-    A piece without end or beginning gives NEVER.
-    """
-    above_kink = below_kink = NEVER
-    for i in range(len(kink_values)):
-        above_kink = where(piece == i, x - kink_values[i], above_kink)
-        below_kink = where(piece == i + 1.0, kink_values[i] - x, below_kink)
-    return above_kink, below_kink
-
-
-@kernel
 def _next_piece(kink_values, piece, event):
     """Return the next piece after END_PASSED or BEGIN_PASSED; pieces without width are skipped."""
     number, passed_kink = 0.0, 0.0
@@ -242,7 +229,10 @@ def guards_of_pieces(law):
 def _guard_values_of_pieces(law, start, contact, root):
     if law.piece < 0.0:
         return NEVER, NEVER, 1.0
-    above_kink, below_kink = _distances_past_ends(kinks(law), law.piece, kink_variable(law, contact, root))
+    kink_values, x, above_kink, below_kink = kinks(law), kink_variable(law, contact, root), NEVER, NEVER
+    for i in range(len(kink_values)):  # a piece without end or beginning is never left there
+        above_kink = where(law.piece == i, x - kink_values[i], above_kink)
+        below_kink = where(law.piece == i + 1.0, kink_values[i] - x, below_kink)
     return above_kink, below_kink, NEVER
 
 

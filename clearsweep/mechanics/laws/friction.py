@@ -30,6 +30,13 @@ def static_limit(friction):
     return 0.0
 
 
+class Sliding(NamedTuple):
+    """The contact of surfaces that always touch, as far as the internal rates of a law of friction need it."""
+
+    normal: float = 1.0  # N
+    slip: float = 0.0  # m/s
+
+
 @kernel
 def friction_in_pin(friction, reaction, slip):
     """Return the tangential force (N) in a pin without clearance, from its `reaction` R (N).

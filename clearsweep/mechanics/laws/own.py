@@ -13,7 +13,7 @@ import math
 import re
 from collections import namedtuple
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from . import contract
 from .bearings import elastic_of_elements
 from .elastic import elastic_force, root_parity
 from .film import FilmMotion, film_force
-from .friction import friction_force
+from .friction import Sliding, friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
 from .sampled import GAIN, MASSES, SPEEDS, Range, attempted, checked, rebound, undeclared_kinks
 
@@ -418,7 +418,7 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contra
         state = () if count == 0 else (state_of(friction),)
         check_traced(law, friction.p, 1.0, 0.1, *state)
         sampled_force = checked(lambda normal, slip: force(friction, normal, slip), ("normal", "slip"), law.place)
-        sampled_rates = checked(lambda slip: sum(rates(friction, _Sliding(slip=slip))), ("slip",), law.place)
+        sampled_rates = checked(lambda slip: sum(rates(friction, Sliding(slip=slip))), ("slip",), law.place)
         for slip in (0.0, *SLIPS, *(-size for size in SLIPS)):
             for normal in (0.0, 1.0, 1e4):
                 power = sampled_force(normal, slip) * slip
@@ -435,19 +435,12 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contra
     return contract.Recipe(description, (kind,), make, check=check)
 
 
-class _Sliding(NamedTuple):
-    """The contact of a law of friction, as far as its internal rates need it."""
-
-    normal: float = 1.0  # N
-    slip: float = SETTLED_SLIP  # m/s
-
-
 def _settled(friction, rates: Callable, index: int) -> float:
     """Return the size of an internal state at which its rate vanishes in sliding, or 1 if it does not settle."""
     name = f"state_{index}"
 
     def rate(state: float) -> float:
-        return float(rates(friction._replace(**{name: state}), _Sliding())[index])
+        return float(rates(friction._replace(**{name: state}), Sliding(slip=SETTLED_SLIP))[index])
 
     direction = math.copysign(1.0, rate(0.0))
     low, high = 0.0, 1e-15

@@ -128,9 +128,8 @@ def combine_in_series(elastic: tuple, surface: Surface, arc: ArcParameters) -> S
         float(log_ratio_spline(log_pen[0], 1)),
         -1.0 if round(2.0 * power) % 2 else 1.0,
     )
-    log_spot_area = log_contact_area(
-        surface, log_largest_spot(surface, log_force, _domain_extension_of(surface)), _domain_extension_of(surface)
-    )
+    psi = domain_extension(surface.dimension)
+    log_spot_area = log_contact_area(surface, log_largest_spot(surface, log_force, psi), psi)
     flattened_rows = np.flatnonzero(
         (log_spot_area >= _log_arc_area(arc, log_force)) & (log_pen - log_bulk > MIN_ROUGH_FRACTION)
     )
@@ -142,10 +141,6 @@ def combine_in_series(elastic: tuple, surface: Surface, arc: ArcParameters) -> S
 _ORDERS = tuple(reversed(range(_POWERS)))
 
 
-def _domain_extension_of(surface: Surface) -> float:
-    return domain_extension(surface.dimension)
-
-
 def _log_arc_area(arc: ArcParameters, log_force: np.ndarray) -> np.ndarray:
     """Return the logarithm of the contact arc's area (m^2) from that of the force (N)."""
     return np.log(arc.width * half_angle_at_load(np.exp(log_force) / arc.stiffness))
@@ -153,7 +148,7 @@ def _log_arc_area(arc: ArcParameters, log_force: np.ndarray) -> np.ndarray:
 
 def rough_approach(surface: Surface, arc: ArcParameters, log_force: np.ndarray) -> np.ndarray:
     """Return the approach (m) of rough surfaces from the logarithm of the force (N)."""
-    psi = _domain_extension_of(surface)
+    psi = domain_extension(surface.dimension)
     log_largest = log_largest_spot(surface, log_force, psi)
     residual = log_contact_area(surface, log_largest, psi) - _log_arc_area(arc, log_force)
     return approach(surface, log_largest - np.logaddexp(0.0, BLEND * residual) / BLEND)

@@ -94,7 +94,11 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
     torque = "crank/torque" if "crank" in moving_names else "drive/torque"
     return planar_mechanism._replace(
         bodies=tuple(body.name for body in outline.bodies),
-        joints=tuple(spatial.site_of(outline, joint) for joint in outline.joints if joint.type != "prismatic"),
+        joints=tuple(
+            JointSite(joint.name, *joint.bodies, spatial.site_kind_of(outline, joint.name), joint.journal)
+            for joint in outline.joints
+            if joint.type != "prismatic"
+        ),
         keys=_keys_in_space(outline),
         channels=(
             *(channel._replace(name=torque) if "torque" in channel.name else channel for channel in output_channels),

@@ -160,16 +160,6 @@ def row_sum(row):
 
 
 @inlined
-def clearance_at(joint, workspace, x):
-    """Return the difference (m) of the radii of curvature of the surfaces at the fraction `x` (0 to 1) of the step."""
-    return wear.local_clearance(
-        joint,
-        evaluate_polynomial(workspace.step.bearing_angle, x),
-        evaluate_polynomial(workspace.step.journal_angle, x),
-    )
-
-
-@inlined
 def sliding_contact_of(joint, values, sliding_distance, clearance):
     """Return the SlidingContact of a joint from its profiles' values at one time, in the order of the profiles."""
     (load, _, sliding_speed, depth, friction_power), pressure = values, joint.wear.pressure
@@ -188,7 +178,10 @@ def sliding_contact_at(joint, workspace, x):
     slip = evaluate_polynomial(workspace.step.slip, x)
     sliding_distance = workspace.step.distance[0] + workspace.step.distance[1] * x
     values = load, 0.0, slip, depth, evaluate_polynomial(workspace.step.friction_power, x)
-    return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
+    bearing_angle = evaluate_polynomial(workspace.step.bearing_angle, x)
+    journal_angle = evaluate_polynomial(workspace.step.journal_angle, x)
+    clearance = wear.local_clearance(joint, bearing_angle, journal_angle)
+    return sliding_contact_of(joint, values, sliding_distance, clearance)
 
 
 @inlined

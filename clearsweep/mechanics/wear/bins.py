@@ -476,15 +476,6 @@ def fit_positions(workspace, positions):
             workspace.step.numbers[_FIRST_POSITION + row, i] = total
 
 
-@kernel
-def write_end_slopes(step, j):
-    """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
-    for end, part_index in ((0, 0), (observe.QUARTER_POINTS + 1, observe.PARTS)):
-        duration = step.length * step.step_values[j, observe.KAPPA_ROW, part_index]
-        for row in range(POSITIONS):
-            step.positions[j, SLOPES + row, end] *= duration
-
-
 @family_with_default
 def update_contact_wear(law, joint, j, step_and_totals):
     """Add the wear of contact `j` of a joint with this wear law, over a Step; step_and_totals : Step and WearTotals."""
@@ -492,7 +483,10 @@ def update_contact_wear(law, joint, j, step_and_totals):
     fit_profiles(step.workspace, step.step_values[j], law.length)
     for body in range(2):
         unwrap_angles(step.positions[j, body])
-    write_end_slopes(step, j)
+    for end, part_index in ((0, 0), (observe.QUARTER_POINTS + 1, observe.PARTS)):  # slopes from rates per second
+        duration = step.length * step.step_values[j, observe.KAPPA_ROW, part_index]
+        for row in range(POSITIONS):
+            step.positions[j, SLOPES + row, end] *= duration
     fit_positions(step.workspace, step.positions[j])
     arc.accumulate_distance(step, j, totals.account[j])
     count, bins_offset = int(law.bins), 2 * j * totals.stride

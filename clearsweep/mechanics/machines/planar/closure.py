@@ -158,7 +158,8 @@ class Closure:
         self.names = [name for name in machine.bodies if name != GROUND]
         self.index = {name: i for i, name in enumerate(self.names)}
         self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
-        self.crank = self.index[_driven_joint(machine).distal.body]
+        driven = next(joint for joint in machine.joints if joint.name == machine.driven)
+        self.crank = self.index[driven.distal.body]
         row_ends = np.cumsum([1 if isinstance(joint, Slot | Mesh) else 2 for joint in machine.joints])
         self.first_rows = np.concatenate([[0], row_ends])  # row of each joint, and of what comes behind them
         self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
@@ -562,10 +563,6 @@ def _filled(known: list[MachineStates], stations: np.ndarray, angles: np.ndarray
 def _contiguous(array: np.ndarray) -> np.ndarray:
     """Return an array whose numbers a compiled routine can read."""
     return np.require(array, float, "CW")
-
-
-def _driven_joint(machine: Machine):
-    return next(joint for joint in machine.joints if joint.name == machine.driven)
 
 
 def extent(body) -> float:

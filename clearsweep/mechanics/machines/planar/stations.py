@@ -62,8 +62,8 @@ def without_free_bodies(machine: Machine) -> Machine:
             "choose a body whose motion ideal joints determine, such as the driven body"
         )
     joints = tuple(j for j in machine.joints if not free & {j.proximal.body, j.distal.body})
-    names = {joint.name for joint in joints}
-    loads = tuple(load for load in machine.loads if not free & _bodies_of(load) and names >= _joints_of(load))
+    kept = {None, *(joint.name for joint in joints)}  # joints of friction; other loads have none
+    loads = tuple(x for x in machine.loads if not free & _bodies_of(x) and getattr(x, "joint", None) in kept)
     bodies = {name: body for name, body in machine.bodies.items() if name not in free}
     return machine._replace(bodies=bodies, joints=joints, loads=loads)
 
@@ -100,10 +100,6 @@ def _bodies_of(load: Any) -> set[str]:
     if isinstance(load, Spring | TorsionSpring):
         return {load.first.body, load.second.body}
     return {load.at.body}
-
-
-def _joints_of(load: Any) -> set[str]:
-    return {load.joint} if isinstance(load, Rubbing | Braking) else set()
 
 
 def initial_coordinate(initial: Initial, kind: int) -> tuple[float, float]:

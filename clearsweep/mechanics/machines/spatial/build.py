@@ -13,8 +13,6 @@ from ....contracts.catalogue import (
     Channel,
     Choice,
     Field,
-    JointOutline,
-    JointSite,
     Keys,
     Mechanism,
     Outline,
@@ -319,7 +317,11 @@ def _planar_point(assembly: Assembly, endpoint: BodyPoint, body_poses: Mapping) 
 
 def _height_of_loose_body(assembly: Assembly, body: str, joints: Mapping) -> float:
     """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
-    joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
+    joint = next(
+        joint
+        for joint in assembly.machine.joints
+        if joint.name in joints and body in (joint.proximal.body, joint.distal.body)
+    )
     own_point, other_point = (
         (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
     )
@@ -328,10 +330,6 @@ def _height_of_loose_body(assembly: Assembly, body: str, joints: Mapping) -> flo
         - _point(assembly, own_point).z
         + assembly.solids[body].center[2]
     )
-
-
-def _bodies(joint) -> tuple[str, str]:
-    return joint.proximal.body, joint.distal.body
 
 
 def _height_of_point(assembly: Assembly, endpoint: BodyPoint, joints: Mapping) -> float:
@@ -426,11 +424,6 @@ def speed_keys() -> Keys:
 def site_kind_of(outline: Outline, joint: str) -> str:
     """Return the kind of a joint's site."""
     return "spatial" if {joint, ANY} & outline.axial else "through"
-
-
-def site_of(outline: Outline, joint: JointOutline) -> JointSite:
-    """Return the site of a joint that a grid describes."""
-    return JointSite(joint.name, *joint.bodies, site_kind_of(outline, joint.name), joint.journal)
 
 
 def body_channels(bodies: tuple[str, ...]) -> tuple[Channel, ...]:
