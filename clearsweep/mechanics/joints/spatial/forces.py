@@ -23,18 +23,12 @@ class _RelativeMotion(NamedTuple):
     spin: Vector  # rad/s
 
 
-class _Laws(NamedTuple):
-    """The laws of a contact with their internal state."""
-
-    law: tuple
-    elastic: tuple
-    friction: tuple
-    stiffness_fraction: float
-
-
 @kernel
-def _contact_force(point, context, laws, number):
-    """Return the ContactForce at a Point of contact `number` of the joint."""
+def _contact_force(point, context, number, law, elastic, stiffness_fraction, law_offsets):
+    """Return the ContactForce at a Point of contact `number` of the joint, with a fraction of its laws' stiffness.
+
+    law_offsets : Offsets of the laws of this contact.
+    """
     position, normal, depth = point
     gap, relative_motion, state = context.gap, context.relative_motion, context.state
     index = context.offsets.contact + number
@@ -49,17 +43,24 @@ def _contact_force(point, context, laws, number):
         return spatial.ContactForce(no_force, no_force, no_force, no_force, separate_contact(depth, rate, speed))
     root = state.y[state.roots + index]
     pen = root * abs(root)
-    forces = normal_forces(laws, state.mode[index], pen, rate, state.latched[index])
-    normal_magnitude, friction_load, elastic, unclipped = (laws.stiffness_fraction * force for force in forces)
+    current = contract.with_current_laws(context.joint._replace(law=law, elastic=elastic), law_offsets, state)
+    forces = normal_forces(current, state.mode[index], pen, rate, state.latched[index])
+    normal_magnitude, friction_load, elastic_part, unclipped = (stiffness_fraction * force for force in forces)
     sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.bearing_spin, normal))
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
-    tangential = as_type_of(friction_force(laws.friction, friction_load, slip), slip)
+    tangential = as_type_of(friction_force(current.friction, friction_load, slip), slip)
     friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
     normal_force, friction = times(-normal_magnitude, normal), times(friction_per_slip, sliding)
     resultant_force = plus(normal_force, friction)
     contact = contract.Contact(
-        normal=normal_magnitude, tangential=tangential, slip=slip, rate=rate, depth=pen, elastic=elastic, raw=unclipped
+        normal=normal_magnitude,
+        tangential=tangential,
+        slip=slip,
+        rate=rate,
+        depth=pen,
+        elastic=elastic_part,
+        raw=unclipped,
     )
     return spatial.ContactForce(
         normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, friction)), contact
@@ -77,29 +78,17 @@ class _JointContext(NamedTuple):
 
 
 @kernel
-def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
-    """Return the laws with their internal state at the Offsets `law_offsets`."""
-    state, friction = context.state, context.joint.friction
-    return _Laws(
-        contract.with_current_state(law, state.y, state.latched, law_offsets),
-        elastic,
-        contract.with_current_state(friction, state.y, state.latched, contract.after_law(law_offsets, law)),
-        stiffness_fraction,
-    )
-
-
-@kernel
 def _wall_force(context, number, end, law_offsets):
-    joint, gap = context.joint, context.gap
-    laws = _laws_at(context, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
-    return _contact_force(spatial.wall_point(joint.end_type, joint, gap, end), context, laws, number)
+    joint = context.joint
+    point = spatial.wall_point(joint.end_type, joint, context.gap, end)
+    return _contact_force(point, context, number, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
 
 
 @kernel
 def _flange_force(context, number, end, law_offsets):
-    joint, gap = context.joint, context.gap
-    laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
-    return _contact_force(spatial.flange_point(joint, gap, end), context, laws, number)
+    joint = context.joint
+    point = spatial.flange_point(joint, context.gap, end)
+    return _contact_force(point, context, number, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
 
 
 @family
