@@ -5,7 +5,17 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
-from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, inlined, is_plain, kernel, shaped
+from ...tracing.compiled.family import (
+    NO_ENTRY,
+    Entry,
+    entries_of,
+    entry,
+    form_number,
+    inlined,
+    is_plain,
+    kernel,
+    shaped,
+)
 from ..joints import contract
 from ..joints.worn import with_body_angles
 from ..laws.contract import StepStart, guard_values, latched, touches
@@ -182,19 +192,10 @@ def _put_all_signals(scene, y, pose, loads, motion, o, row):
     put_link_signals(scene, pose, loads, motion, o, row)
 
 
-def rates_of(scene, parameters) -> Entry:
-    """Return the Entry of the right-hand side of `scene` at one state."""
-    return entry(rates_entry, scene, "fifff", parameters)
-
-
-def sweep_of(scene, parameters) -> Entry:
-    """Return the Entry of one sweep of the iteration for `scene`."""
-    return entry(sweep_entry, scene, "fifffff", parameters)
-
-
-def stage_observables_of(scene, parameters) -> Entry:
-    """Return the Entry of the observables of all stages of a step of `scene`."""
-    return entry(observe_entry, scene, "fiff", parameters)
+#: Functions that give Entries of a scene: the right-hand side at one state, a sweep of the iteration, the observables
+#: of all stages of a step.
+rates_of, sweep_of = entries_of(rates_entry, "fifff"), entries_of(sweep_entry, "fifffff")
+stage_observables_of = entries_of(observe_entry, "fiff")
 
 
 # ---------------------------------------------------------------------------------------------- guards
@@ -383,6 +384,4 @@ def workspace_size(contacts, stride):
     return WORKSPACE_SIZE + contacts * RECORDED_SIZE + StripRows.SIZE * (PARTS + 1) + 3 * stride
 
 
-def wear_of(scene, parameters) -> Entry:
-    """Return the Entry that computes the wear of `scene`."""
-    return entry(wear_entry, scene, "fifffff", parameters)
+wear_of = entries_of(wear_entry, "fifffff")  # of a scene, the Entry that computes its wear

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from ...contracts.catalogue import Channel
 from ...tracing.compiled.choosing import cond, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
-from ...tracing.compiled.family import Entry, entry, inlined, kernel, shaped
+from ...tracing.compiled.family import entries_of, inlined, kernel, shaped
 from .. import observe
 from ..joints import contract
 from ..joints.spatial.forces import CHANNELS as SPATIAL_CHANNELS
@@ -289,14 +289,8 @@ def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
             values[channels - len(histories) + i] = histories[i]
 
 
-def slopes_of(scene, parameters) -> Entry:
-    """Return the Entry of the derivatives of the right-hand side of `scene`."""
-    return entry(slopes_entry, scene, "fiff", parameters)
-
-
-def samples_of(scene, parameters) -> Entry:
-    """Return the Entry of the time histories of `scene`."""
-    return entry(sample_entry, scene, "fifff", parameters)
+#: Functions that give Entries of a scene: the derivatives of the right-hand side, the time histories.
+slopes_of, samples_of = entries_of(slopes_entry, "fiff"), entries_of(sample_entry, "fifff")
 
 
 # ---------------------------------------------------------------------------------------------- loads of all joints

@@ -236,6 +236,11 @@ def entry(function, scene, arrays, parameters):
     return Entry(compiled_entry.address, parameters.ctypes.data) if compiled_entry else NO_ENTRY
 
 
+def entries_of(function, arrays):
+    """Return a function of a scene and its parameters that gives the Entry of `function`; arrays : as for `entry`."""
+    return lambda scene, parameters: entry(function, scene, arrays, parameters)
+
+
 def invoke(code, parameters, arrays, integer):
     """Call the code behind an Entry with a tuple of arrays and an integer."""
     if code in _PLAIN:

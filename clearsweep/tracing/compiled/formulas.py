@@ -10,6 +10,7 @@ body, so a sum is fused with a product of the same program.
 """
 
 import ast
+import functools
 import operator
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any, NamedTuple
@@ -274,37 +275,12 @@ class Traced:
     """Operations that are emitted as those of one body."""
 
     def __init__(self) -> None:
-        self._body = Expressions(Activation(None, {}, {}))
-        self.item = self._body.item
-
-    def add(self, a: Any, b: Any) -> Any:
-        """Emit a + b."""
-        return self._body.binary(_ADD, a, b)
-
-    def subtract(self, a: Any, b: Any) -> Any:
-        """Emit a - b."""
-        return self._body.binary(_SUBTRACT, a, b)
-
-    def multiply(self, a: Any, b: Any) -> Any:
-        """Emit a b."""
-        return self._body.binary(_MULTIPLY, a, b)
-
-    def divide(self, a: Any, b: Any) -> Any:
-        """Emit a / b."""
-        return self._body.binary(_DIVIDE, a, b)
-
-    def negate(self, a: Any) -> Any:
-        """Emit -a."""
-        return run(_negative, a)
+        body = Expressions(Activation(None, {}, {}))
+        operations = ast.Add(), ast.Sub(), ast.Mult(), ast.Div()
+        self.add, self.subtract, self.multiply, self.divide = (functools.partial(body.binary, x) for x in operations)
+        self.negate, self.item = functools.partial(run, lambda x: -x), body.item
 
     def call(self, function: Callable, *arguments: Any) -> Any:
         """Return the result of a function, emitting its operations."""
         rule = slope_rule(function) if has_slope(*arguments) else None
         return run(rule, *arguments) if rule else call(function, *arguments)
-
-
-_ADD, _SUBTRACT, _MULTIPLY, _DIVIDE = ast.Add(), ast.Sub(), ast.Mult(), ast.Div()
-
-
-def _negative(x: Any) -> Any:
-    return -x
