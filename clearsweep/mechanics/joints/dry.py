@@ -168,6 +168,18 @@ def load_on_journal(joint, fx, fy, moments, contacts):
 
 
 @inlined
+def load_along_axis(gap, axial, transverse, couple, contacts):
+    """Return the Load of a force (N) on the distal body along and across the axis of a gap, and of a couple (N m)."""
+    return contract.Load(
+        fx=gap.axis_x * axial - gap.axis_y * transverse,
+        fy=gap.axis_y * axial + gap.axis_x * transverse,
+        moment_proximal=-couple - gap.x * transverse + gap.y * axial,
+        moment_distal=couple,
+        contacts=contacts,
+    )
+
+
+@inlined
 def joint_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
 

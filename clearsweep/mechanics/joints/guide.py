@@ -20,7 +20,7 @@ from ..laws.contract import ACTS, FREE, PRESSED, is_sticking
 from ..laws.friction import static_limit
 from ..wear.bins import never_wears
 from . import contract
-from .dry import SurfaceMotion, dry_parts, pressed_contact_at, separate_contact
+from .dry import SurfaceMotion, dry_parts, load_along_axis, pressed_contact_at, separate_contact
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
 
@@ -118,13 +118,8 @@ def _load_guide(joint, gap, offsets, state):
     a, b, c, d = [_corner(joint, gap, offsets, state, number) for number in range(4)]
     axial, transverse = a.fx + b.fx + c.fx + d.fx, a.fy + b.fy + c.fy + d.fy
     block_moment = _corner_moment(a) + _corner_moment(b) + _corner_moment(c) + _corner_moment(d)
-    return contract.Load(
-        fx=gap.axis_x * axial - gap.axis_y * transverse,
-        fy=gap.axis_y * axial + gap.axis_x * transverse,
-        moment_proximal=-block_moment - gap.x * transverse + gap.y * axial,
-        moment_distal=block_moment,
-        contacts=with_resultant(a.contact, b.contact, c.contact, d.contact),
-    )
+    contacts = with_resultant(a.contact, b.contact, c.contact, d.contact)
+    return load_along_axis(gap, axial, transverse, block_moment, contacts)
 
 
 def deepest_corner(joint: Guide, gap: GuideGap) -> float:

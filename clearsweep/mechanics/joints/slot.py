@@ -39,7 +39,7 @@ from ..laws.friction import static_limit
 from ..wear import arc_width, local_clearance, shape
 from ..wear.bins import SLOPES, record
 from .contract import Load, grips_of, load, slip_rate, with_tangential
-from .dry import SurfaceMotion, no_load, pressed_contact_at, register_single_contact, separate_contact
+from .dry import SurfaceMotion, load_along_axis, no_load, pressed_contact_at, register_single_contact, separate_contact
 from .worn import approximate_angle, with_angles
 
 
@@ -88,26 +88,16 @@ def _contact_load(joint, gap, offsets, state):
     normal = normal_of(joint, gap)
     if state.mode[offsets.contact] == FREE:
         zero, speed = as_type_of(0.0, normal.depth), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
-        return zero, zero, zero, separate_contact(normal.depth, normal.rate, speed)
+        return zero, zero, zero, (separate_contact(normal.depth, normal.rate, speed),)
     contact = pressed_contact_at(joint, normal, offsets, state)
     axial = -contact.normal * normal.x - contact.tangential * normal.y
     transverse = -contact.normal * normal.y + contact.tangential * normal.x
-    return axial, transverse, joint.journal_radius * contact.tangential, contact
+    return axial, transverse, joint.journal_radius * contact.tangential, (contact,)
 
 
-@inlined
-def load_at_pin(gap, axial, transverse, pin_couple, contact):
-    """Return the Load and Contact of a force (N) on the pin, in the frame of the slot, and a couple (N m)."""
-    return Load(
-        fx=gap.axis_x * axial - gap.axis_y * transverse,
-        fy=gap.axis_y * axial + gap.axis_x * transverse,
-        moment_proximal=-pin_couple - gap.x * transverse + gap.y * axial,
-        moment_distal=pin_couple,
-        contacts=(contact,),
-    )
-
-
-load.member(SlotJoint)(lambda joint, gap, offsets, state: load_at_pin(gap, *_contact_load(joint, gap, offsets, state)))
+load.member(SlotJoint)(
+    lambda joint, gap, offsets, state: load_along_axis(gap, *_contact_load(joint, gap, offsets, state))
+)
 
 
 # ---------------------------------------------------------------------------------------------- wear
@@ -301,7 +291,7 @@ def _load_worn_slot(joint, gap, offsets, state):
     tangential_load = tangential + force * wall_force_ratio  # along the normal turned by +90 degrees
     axial, transverse = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
     pin_couple = joint.journal_radius * tangential - force * pin_slope
-    return load_at_pin(gap, axial, transverse, pin_couple, contact)
+    return load_along_axis(gap, axial, transverse, pin_couple, (contact,))
 
 
 # ---------------------------------------------------------------------------------------------- wear
