@@ -1,7 +1,7 @@
 """Elementary functions whose bits are the same on every machine, for one number and for numbers in lanes.
 
-They use only `+ - * /`, fma, comparisons, selections and operations on bits (`operations`), so they run on
-floats, arrays and symbols.  An inexact product enters a sum by fma or by `product`, so nothing can be contracted.
+They use only `+ - * /`, fma, comparisons, selections and operations on bits (`portable`), so they run on floats and
+symbols.  An inexact product enters a sum by fma or by `product`, so nothing can be contracted.
 
 Largest error in units in the last place, over 9 to 18 million random arguments, against 80-bit extended precision:
 
@@ -20,9 +20,10 @@ Dekker 1971, Numer. Math. 18:224: sums and products of two words.
 """
 
 import math
+from math import copysign
 from typing import Any
 
-from .portable import bits_of, copysign, fma, number_of, where
+from .portable import bits_of, fma, number_of, where
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Coefficients of the polynomials of elementary functions, lowest power first.

@@ -395,7 +395,6 @@ protocols.register_symbol_emitter(
 
 protocols.register_emitter(portable.where)(select_values)
 protocols.register_symbol_emitter(portable.fma, symbols.fma)
-protocols.register_symbol_emitter(portable.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
 protocols.register_symbol_emitter(portable.bits_of, symbols.bits_of)
 protocols.register_symbol_emitter(portable.number_of, symbols.number_of)
 
