@@ -480,7 +480,8 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
     from . import series as prescribed
 
     value, number = prescribed.read_coefficient(coefficient, hardness)
-    worn = prescribed.compute_wear(prescribed.read_series(series), value, prescribed.read_area(area) if area else None)
+    size = prescribed.read_positive("--area", area, "m^2") if area else None
+    worn = prescribed.compute_wear(prescribed.read_series(series), value, size)
     click.echo((prescribed.wear_json if as_json else prescribed.wear_text)(worn, number))
 
 

@@ -70,7 +70,7 @@ def read_coefficient(text: str, hardness: str | None) -> tuple[float, float | No
         if not 1.0 / LARGEST <= value <= LARGEST and (value or _has_nonzero_digit(text)):
             raise InputError(f"--coefficient: found {text}; allowed: 0, or {1.0 / LARGEST:g} to {LARGEST:g} m^2/N")
         return value, None
-    pressure = _read_positive("--hardness", hardness, "Pa")
+    pressure = read_positive("--hardness", hardness, "Pa")
     try:
         wear_number = float(text)
     except ValueError:
@@ -84,13 +84,8 @@ def read_coefficient(text: str, hardness: str | None) -> tuple[float, float | No
     return wear_number / pressure, wear_number
 
 
-def read_area(area_text: str) -> float:
-    """Return a written area, such as '100 mm^2', in m^2.  Raises InputError."""
-    return _read_positive("--area", area_text, "m^2")
-
-
-def _read_positive(option: str, text: str, unit: str) -> float:
-    """Return a positive quantity in SI."""
+def read_positive(option: str, text: str, unit: str) -> float:
+    """Return the positive quantity of an option in SI.  Raises InputError."""
     value = _read_quantity(option, text, unit)
     if value <= 0.0 and not (value == 0.0 and _has_nonzero_digit(text)):
         raise InputError(f"{option}: found {text}; allowed: above 0 {unit}")

@@ -11,11 +11,11 @@ from typing import Any, NamedTuple
 import answer_oracle as oracle
 import pyarrow.parquet as pq
 from hypothesis import strategies as st
+from judged_cases import core_of
 from right_grids import grid_of
 
 from clearsweep import grid as grids
 from clearsweep import simulation
-from clearsweep.answers.judge import judge
 from clearsweep.contracts import results
 from clearsweep.contracts.catalogue import ENDLESS, Figure
 from clearsweep.contracts.layout import Layout
@@ -299,7 +299,7 @@ def answered(setting: Setting) -> Judged:
         stored.setdefault(row["case_id"], row | grid.verdict.evaluate_case(row, failed=status != oracle.OK))
     summary = [*stored.values()]
     columns = {name: [row[name] for row in summary] for name in summary[0]}
-    return judged(setting, grid, summary, judge(record, columns))
+    return judged(setting, grid, summary, core_of(record, columns))
 
 
 def run_of(setting: Setting, directory: Path, **options: Any) -> dict[str, Any]:

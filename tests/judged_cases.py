@@ -1,6 +1,9 @@
 """Small tables of cases, and the answers to them."""
 
-from clearsweep.answers.judge import judge
+from clearsweep.answers.compose import question_of
+from clearsweep.answers.judge import answer_on
+from clearsweep.answers.judged import Cases
+from clearsweep.contracts.layout import Layout
 
 CLEARANCE, SPEED = "joints.pin.clearance", "drive.speed"
 FORCE, IMPACTS, IDEAL, OTHER = "pin_force_peak", "pin_impacts_per_rev", "pin_force_peak_ideal", "reserve"
@@ -40,9 +43,18 @@ def table_of(names, rows):
     return table
 
 
+def core_of(record, table, own=None, figures=None):
+    """Return the answer to a table of cases without sentences; figures : by default limited and user-defined ones."""
+    cases = Cases(record, table, own)
+    limited = dict.fromkeys([*(limit.column for limit in cases.limits), *(record.get("figures") or {})])
+    question = question_of(record, Layout.read(record["layout"]), cases.paths)
+    parts = answer_on(cases, [*limited] if figures is None else figures)
+    return {"question": question, "complete": True, **parts, "search": [], "sentences": []}
+
+
 def answer_of(record, table, **more):
     """Return the answer to a table of cases, with the ends of its axes and the conditions of its worst cases."""
-    answer = judge(record, table, **more)
+    answer = core_of(record, table, **more)
     places = {case_id: k for k, case_id in enumerate(table["case_id"])}
     conditions = [path for path, role in answer["roles"].items() if role in ("condition", "model", "uncertainty")]
     answer["settings"] = {

@@ -64,7 +64,7 @@ PLANTED = (
     ("report/draw/__init__.py", "from ..sections import maps"),
     ("report/one_case/motion.py", "from ..laws import compare_verdicts"),
     ("report/draw/maps.py", "from matplotlib import ticker"),
-    ("answers/verdict.py", "from .judge import judge"),
+    ("answers/verdict.py", "from .judge import answer_on"),
     ("mechanics/joints/dry.py", "from llvmlite import ir"),
     ("store/batch.py", "from ..sweeping import sweep"),
     ("store/batch.py", "from .directory import RunDirectory"),

@@ -6,10 +6,23 @@ import numpy as np
 import pytest
 from fake_physics import grid
 from fake_runs import Run
-from judged_cases import CLEARANCE, FORCE, IDEAL, IMPACTS, OTHER, ROLES, SPEED, UNITS, answer_of, record_of, table_of
+from judged_cases import (
+    CLEARANCE,
+    FORCE,
+    IDEAL,
+    IMPACTS,
+    OTHER,
+    ROLES,
+    SPEED,
+    UNITS,
+    answer_of,
+    core_of,
+    record_of,
+    table_of,
+)
 from test_seek import quiet
 
-from clearsweep.answers.judge import judge, sign_test
+from clearsweep.answers.judge import sign_test
 from clearsweep.answers.ranking import Candidate, CaseRanking, ranking_of
 from clearsweep.answers.verdict import limits_of
 from clearsweep.contracts.layout import Column
@@ -274,7 +287,7 @@ def test_drawn_variables_are_ranked():
     rows = [(c, s, c - 20.0) for c, s in zip(drawn[CLEARANCE], drawn[SPEED], strict=True)]
     sample = {"method": "sobol", "drawn": drawn}
     record = record_of({FORCE: 1.0}, dict.fromkeys(ROLES, "uncertainty"), UNITS, sample=sample)
-    answer = judge(record, table_of(NAMES, rows))
+    answer = core_of(record, table_of(NAMES, rows))
     assert answer["question"] == "sample"
     assert (effect(answer, CLEARANCE)["verdict"], effect(answer, CLEARANCE)["method"]) == ("rises", "ranks")
     assert effect(answer, CLEARANCE)["share"] == pytest.approx(1.0)

@@ -16,13 +16,12 @@ from ..language import wording
 from ..language.wording import is_missing
 from . import questions
 from .figure_sentences import coexisting
-from .judge import NOT_RUN, answer_on, judge
+from .judge import NOT_RUN, answer_on
 from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, named_value
-from .ranking import START_UP, limits_of_record, ranking_of
+from .ranking import SEARCHES, START_UP, limits_of_record, ranking_of
 from .sentences import sentences
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
 
-SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
 MAX_UNRUN = 100_000  # cases of a grid up to which those that were not run are listed
 KEPT = 4  # columns in memory, 8 bytes a case each; to read one again takes 0.4 ms, of a hundred thousand cases 3 ms
 MAX_SETTINGS = 50  # designs whose worst case has its values in the answer
@@ -90,10 +89,11 @@ def compose(source: Source) -> dict[str, Any]:
     own = own_cases(record, columns, source.base_laws)
     counts = source.counts
     if not source.complete and counts is None and not any(record.get(section) for section in SEARCHES):
-        points = _grid_points(record)
-        if points is None:
+        factors = _grid_factors(record)
+        if math.prod(map(len, factors)) > MAX_UNRUN:
             counts = _counts_of_part(record, columns, own) if record.get("limits") else None
         else:
+            points = [{path: part[path] for part in parts for path in part} for parts in itertools.product(*factors)]
             columns, own = _with_unrun(points, record, columns, own)
     is_part = counts is not None
     cases = Cases({**record, "limits": {}} if is_part else record, columns, own)
@@ -112,7 +112,7 @@ def compose(source: Source) -> dict[str, Any]:
     words = Words(record, layout, lambda name: columns[name][is_ok])
     if check := _law_check(source, columns, is_ok & ~own, answer, words):
         answer["laws"] = check
-    if coverage := coverage_text(record, answer, words):
+    if coverage := coverage_text(record, answer):
         answer["fits"] = coverage
     answer["sentences"] = sentences(answer, words)
     return answer
@@ -151,14 +151,6 @@ def _grid_factors(record: Mapping[str, Any]) -> list[list[dict[str, Any]]]:
     return [
         [dict(zip(part, row, strict=True)) for row in zip(*part.values(), strict=True)] for part in sections if part
     ]
-
-
-def _grid_points(record: Mapping[str, Any]) -> list[dict[str, Any]] | None:
-    """Return the varied values of each of the grid's own cases; None for more than MAX_UNRUN cases."""
-    factors = _grid_factors(record)
-    if math.prod(map(len, factors)) > MAX_UNRUN:
-        return None
-    return [{path: value for part in parts for path, value in part.items()} for parts in itertools.product(*factors)]
 
 
 def _counts_of_part(record: Mapping[str, Any], columns: Any, own: np.ndarray) -> dict[str, int]:
@@ -238,7 +230,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
     counted = f"{source.layout.life}_life_hours" if answer["question"] == "life" else START_UP
     if counted in columns and answer["question"] in ("life", "start-up"):
         details["unreached"] = int(np.isnan(cases.numbers(counted)[cases.is_finished]).sum())
-    if answer["question"] == "film" and (film := questions.film_answer(record, source.layout, columns, cases)):
+    if answer["question"] == "film" and (film := questions.film_answer(record, source.layout, cases)):
         details["film"] = film
     if answer["cases"] and answer["cases"]["added"]:
         all_cases = Cases(record, columns)
@@ -429,7 +421,7 @@ def _nearest_of(
         if path not in paths and row.get(path) is not None:
             is_tried &= np.array([value == row[path] for value in columns[path].tolist()], bool)
     of_path = {path: catalogue.CHOICE if path in paths else catalogue.CONDITION for path in record["units"]}
-    tried = judge({**record, "roles": of_path}, columns, own=is_tried.tolist(), figures=())
+    tried = answer_on(Cases({**record, "roles": of_path}, columns, is_tried), ())
     failed = int((is_tried & (columns["status"] != "ok")).sum())
     entry: dict[str, Any] = {"case": None, "tried": int(is_tried.sum()), "failed": failed}
     best = next((design for design in tried["designs"] if design["verdict"] == "exceeds"), None)

@@ -450,13 +450,15 @@ def branch_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     starts = "up and down" if branches["along"] == STARTS[0] else "from random starts"
     if points:
         point = max(points, key=lambda each: each["motions"][-1]["median"] / max(each["motions"][0]["median"], 1e-300))
-        count = len(point["motions"])
+        count, is_random = len(point["motions"]), branches["along"] == STARTS[1]
+        counts = [str(motion["starts"]) for motion in point["motions"]]
+        total_starts = sum(map(int, counts)) + point["undecided"]
         values = {
             "many": COUNTS.get(count, str(count)),
             "where": _where(branches, words, point),
             "figure": words.figure(point["figure"]),
             "forces": _forces(point, words),
-            "starts": _starts(point) if branches["along"] == STARTS[1] else "",
+            "starts": f", after {' and '.join(counts)} of {total_starts} starts" if is_random else "",
         }
         yield Sentence("{many} motions coexist {where}: {figure} {forces}{starts}.", values)
     elif branches["undecided"] < total:
@@ -475,13 +477,6 @@ def _forces(point: Mapping[str, Any], words: Words) -> str:
     numbers, units = zip(*(text.split(maxsplit=1) for text in texts), strict=True)
     shown = numbers if len(set(units)) == 1 else texts
     return " or ".join([*shown[:-1], texts[-1]])
-
-
-def _starts(point: Mapping[str, Any]) -> str:
-    """Return how many random starts lead to each motion."""
-    counts = [str(motion["starts"]) for motion in point["motions"]]
-    total = sum(motion["starts"] for motion in point["motions"]) + point["undecided"]
-    return f", after {' and '.join(counts)} of {total} starts"
 
 
 def _where(branches: Mapping[str, Any], words: Words, point: Mapping[str, Any]) -> str:

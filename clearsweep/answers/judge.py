@@ -1,7 +1,7 @@
 """Judges the cases of a run: which designs meet the limits under every condition, and what drives the figures.
 
 Everything follows from the run's record and the columns of its summary; no file is read and nothing is worded here.
-The result of `judge` is the answer: a dict of plain values that terminal, page and answer.json share.
+The result of `answer_on` is a part of the answer: a dict of plain values that terminal, page and answer.json share.
 """
 
 import math
@@ -23,6 +23,7 @@ from .judged import (
     codes_of,
     combined_codes,
     fineness_of,
+    floats,
     median,
     partial_rank_correlation,
     plain_value,
@@ -68,13 +69,11 @@ def effects(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
             for axis, share in zip(axes, shares, strict=True)
         ]
         of_figure += [{"figure": figure, "path": path, **entry} for path, entry in _rank_effects(cases, drawn, values)]
-        entries += sorted(of_figure, key=_strength, reverse=True)
+        # by share and, where none is known, by size
+        sizes = [(each["share"] or 0.0, abs((each["to"] or 0.0) - (each["from"] or 0.0))) for each in of_figure]
+        order = sorted(range(len(of_figure)), key=sizes.__getitem__, reverse=True)
+        entries += [of_figure[index] for index in order]
     return entries
-
-
-def _strength(entry: dict[str, Any]) -> tuple[float, float]:
-    """Return the share of an effect and, where none is known, its size."""
-    return entry["share"] or 0.0, abs((entry["to"] or 0.0) - (entry["from"] or 0.0))
 
 
 def axes_of(cases: Cases) -> list[Axis]:
@@ -82,24 +81,16 @@ def axes_of(cases: Cases) -> list[Axis]:
     tied = {path for section in ("zip", "cases") for path in cases.record.get(section) or {}}
     axes: list[Axis] = []
     for path, (levels, codes) in cases.codes.items():
-        partner = next(
-            (
-                index
-                for index, axis in enumerate(axes)
-                if path in tied and axis.paths[0] in tied and _fix_one_another(codes, axis.codes)
-            ),
-            None,
-        )
-        if partner is None:
-            axes.append(Axis((path,), levels, codes))
+        values = codes.tolist()
+        for index, axis in enumerate(axes):
+            others = axis.codes.tolist()
+            pairs = {*zip(values, others, strict=True)}
+            if {path, axis.paths[0]} <= tied and len(pairs) == len({*values}) == len({*others}):
+                axes[index] = axis._replace(paths=(*axis.paths, path))
+                break
         else:
-            axes[partner] = axes[partner]._replace(paths=(*axes[partner].paths, path))
+            axes.append(Axis((path,), levels, codes))
     return axes
-
-
-def _fix_one_another(codes: np.ndarray, other: np.ndarray) -> bool:
-    pairs = len(set(zip(codes.tolist(), other.tolist(), strict=True)))
-    return pairs == len({*codes.tolist()}) == len({*other.tolist()})
 
 
 def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray) -> np.ndarray:
@@ -218,38 +209,6 @@ NOT_RUN = "not run"
 MAX_DESIGNS, MAX_MISSING = 1000, 20  # entries of a list in the answer
 
 
-def judge(  # noqa: PLR0913 - one call, whose arguments are the fields of a question
-    record: Mapping[str, Any],
-    columns: Mapping[str, Any],
-    *,
-    own: Sequence[bool] | np.ndarray | None = None,
-    complete: bool = True,
-    question: str = "",
-    figures: Sequence[str] | None = None,
-    search: Sequence[Mapping[str, Any]] = (),
-) -> dict[str, Any]:
-    """Return the answer to the question of a grid, without sentences.
-
-    record : run.json, of which `roles`, `layout`, `limits`, `figures`, `sample`, `zip`, `cases`, `labels`, `fits` count
-    columns : name -> (n,) values of case_id, status, every varied path and every figure in use; None or NaN for null
-    own : (n,) mask of the grid's own cases, default all; the others were added by a search
-    complete : whether these are all cases of a finished run
-    question : default: `sample` for one random sample, else `limits` or `force`
-    figures : columns whose effects are listed, default: limited and user-defined ones
-    search : rows of the table of the search
-    """
-    cases = Cases(record, columns, own)
-    if figures is None:
-        figures = list(dict.fromkeys([*(limit.column for limit in cases.limits), *(record.get("figures") or {})]))
-    return {
-        "question": question or _question(cases),
-        "complete": bool(complete),
-        **answer_on(cases, figures),
-        "search": [dict(row) for row in search],
-        "sentences": [],
-    }
-
-
 def answer_on(cases: Cases, figures: Sequence[str]) -> dict[str, Any]:
     """Return the part of the answer that follows from the cases; figures : columns whose effects are listed."""
     designs = sorted(_designs(cases) if cases.limits else [], key=_rank)
@@ -266,13 +225,6 @@ def answer_on(cases: Cases, figures: Sequence[str]) -> dict[str, Any]:
         "effects": effects(cases, figures),
         "convergence": _convergence(cases, figures),
     }
-
-
-def _question(cases: Cases) -> str:
-    sample = cases.record.get("sample") or {}
-    if sample.get("method", ONE_AT_A_TIME) != ONE_AT_A_TIME and set(cases.paths) <= set(sample["drawn"]):
-        return "sample"
-    return "limits" if cases.limits else "force"
 
 
 def _designs(cases: Cases) -> list[dict[str, Any]]:
@@ -442,10 +394,10 @@ def _convergence(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
         for column in others:
             is_alone &= np.array([a == b for a, b in zip(column, column[cases.finest_of], strict=True)])
         levels, codes = codes_of(values)
-        fineness = fineness_of(path, levels, codes)
+        fineness = fineness_of(path, codes)
         coarser = sorted({*fineness[is_alone].tolist()}, reverse=True)
         for figure in figures:
-            numbers = cases.figure_of_all(figure)
+            numbers = np.where(cases.values_of_all("status") == "ok", floats(cases.values_of_all(figure)), np.nan)
             for level in coarser:
                 rows = np.flatnonzero(is_alone & (fineness == level))
                 if entry := _difference(numbers[cases.finest_of[rows]], numbers[rows]):

@@ -41,7 +41,7 @@ class Cases:
             # For every own case the position of the finest case that differs in numerics alone, and a mask of these
             others = [path for path in self.paths if path not in numerics]
             group = combined_codes([codes_of(self.values(path))[1] for path in others], len(self))
-            fineness = [fineness_of(path, *codes_of(self.values(path))) for path in numerics]
+            fineness = [fineness_of(path, codes_of(self.values(path))[1]) for path in numerics]
             order = np.lexsort([*fineness[::-1], group])
             is_last = np.append(np.diff(group[order]) != 0, True)
             finest_of_group = dict(zip(group[order][is_last].tolist(), order[is_last].tolist(), strict=True))
@@ -81,12 +81,7 @@ class Cases:
 
     def numbers(self, name: str) -> np.ndarray:
         """Return a figure of the judged cases as floats; NaN where it is missing or the case failed."""
-        return np.where(self.is_finished, _floats(self.values(name)), np.nan)
-
-    def figure_of_all(self, name: str) -> np.ndarray:
-        """Return a figure of the own cases, coarse ones included, as floats; NaN where it is missing."""
-        is_ok = self.values_of_all("status") == "ok"
-        return np.where(is_ok, _floats(self.values_of_all(name)), np.nan)
+        return np.where(self.is_finished, floats(self.values(name)), np.nan)
 
     def values_of_all(self, name: str) -> np.ndarray:
         """Return a column of the own cases, coarse ones included."""
@@ -133,7 +128,7 @@ class Cases:
         return np.where(exceeded, EXCEEDED, np.where(undecided, UNDECIDED, MET))
 
 
-def fineness_of(path: str, levels: list, codes: np.ndarray) -> np.ndarray:
+def fineness_of(path: str, codes: np.ndarray) -> np.ndarray:
     """Return numbers (n,) that increase with the fineness of the values at a numerical path."""
     sign = -1 if path.rpartition(".")[2] in FINER_IF_SMALLER else 1
     return sign * codes
@@ -188,7 +183,8 @@ def _array(values: Any) -> np.ndarray:
     return values if isinstance(values, np.ndarray) else np.array(list(values), object)
 
 
-def _floats(values: np.ndarray) -> np.ndarray:
+def floats(values: np.ndarray) -> np.ndarray:
+    """Return a column as floats, NaN for null."""
     if values.dtype.kind == "O":
         return np.array([np.nan if is_missing(value) else value for value in values.tolist()], float)
     return values.astype(float, copy=False)

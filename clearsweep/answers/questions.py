@@ -9,7 +9,7 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from ..language.wording import is_missing
-from .judge import judge
+from .judge import answer_on
 from .judged import EXCEEDED, Cases
 from .ranking import CaseRanking, FinishedCases
 from .words import Words
@@ -24,7 +24,7 @@ UNSAFE = "film_unsafe"  # column of the answer on films: 1 for an unsafe film
 MAX_LISTED = 4  # safe combinations in the answer
 
 
-def film_answer(record: Mapping[str, Any], layout: Layout, columns: Any, cases: Cases) -> dict[str, Any] | None:
+def film_answer(record: Mapping[str, Any], layout: Layout, cases: Cases) -> dict[str, Any] | None:
     """Return the combinations of choices whose films are safe under every condition, the thickest first.
 
     Return None for a random sample, and if no joint has a film.
@@ -38,7 +38,7 @@ def film_answer(record: Mapping[str, Any], layout: Layout, columns: Any, cases: 
     table |= {name: cases.values(name) for name in ("case_id", "status")} | {UNSAFE: unsafe}
     column = {"name": UNSAFE, "unit": "1", "description": ""}
     of_films = {**record, "limits": {UNSAFE: 0.0}, "figures": {}, "layout": {"columns": [column]}}
-    answer = judge(of_films, table, figures=())
+    answer = answer_on(Cases(of_films, table), ())
     safe = [design for design in answer["designs"] if design["verdict"] == "meets"]
     thickness = np.nanmin([cases.numbers(f"{joint}_{FILM_THICKNESS}") for joint in joints], axis=0)
     named = [(float(thickness[cases.rows_of(design["values"])].min()), design["values"]) for design in safe]
@@ -75,19 +75,12 @@ def law_end_thickness(cases: FinishedCases, joint: str) -> float | None:
     return float(np.nanmax(thicknesses)) if np.isfinite(thicknesses).any() else None
 
 
-def is_outside_law(cases: FinishedCases) -> np.ndarray:
-    """Return which cases (n,) leave the range of their film law."""
-    is_outside = np.zeros(len(cases), bool)
-    for joint in film_joints(cases):
-        if cases.has_values(f"{joint}_{FILM_LIMIT_FRACTION}"):
-            is_outside |= cases.values_of(f"{joint}_{FILM_LIMIT_FRACTION}").astype(float) > 0.0
-    return is_outside
-
-
 def is_unsafe(cases: FinishedCases) -> np.ndarray:
     """Return which cases (n,) leave the range of a film law, are too thin for the surfaces' roughness, or unknown."""
-    is_unsafe = is_outside_law(cases)
+    is_unsafe = np.zeros(len(cases), bool)
     for joint in film_joints(cases):
+        if cases.has_values(f"{joint}_{FILM_LIMIT_FRACTION}"):
+            is_unsafe |= cases.values_of(f"{joint}_{FILM_LIMIT_FRACTION}").astype(float) > 0.0
         thickness = cases.values_of(f"{joint}_{FILM_THICKNESS}").astype(float)
         required = required_thickness(cases, joint)
         is_unsafe |= ~(thickness > 0.0)
@@ -260,9 +253,9 @@ def _is_same(record: Mapping[str, Any], columns: Any, rows: tuple[int, int], gri
 
 # Sentence on the largest force peak to expect in many revolutions.
 
-EXPECTED_PEAK_FIGURE = "force_peak_million"
+#: Figures of a joint: the largest peak to expect, its upper bound, and that of the window.
+EXPECTED_PEAK_FIGURES = ("force_peak_million", "force_peak_million_high", "force_peak")
 MIN_REVOLUTIONS = 100  # independent revolutions
-BOUND_SUFFIXES = ("", "_high")
 
 
 class ExpectedPeak(NamedTuple):
@@ -277,7 +270,7 @@ class ExpectedPeak(NamedTuple):
 
 def required_columns(joints: list[str]) -> list[str]:
     """Return the columns of the summary that the prediction needs."""
-    return [name for joint in joints for name in (*_prediction_columns(joint), f"{joint}_force_peak")] + ["period"]
+    return [f"{joint}_{figure}" for joint in joints for figure in EXPECTED_PEAK_FIGURES] + ["period"]
 
 
 def largest_expected_peak(table: Mapping[str, np.ndarray], joints: list[str]) -> ExpectedPeak | None:
@@ -285,13 +278,14 @@ def largest_expected_peak(table: Mapping[str, np.ndarray], joints: list[str]) ->
     largest_peak: ExpectedPeak | None = None
     is_irregular = np.isnan(np.asarray(table["period"], float)) if "period" in table else np.zeros(0, bool)
     for joint in joints:
-        if f"{joint}_{EXPECTED_PEAK_FIGURE}" not in table or not is_irregular.any():
+        columns = [f"{joint}_{figure}" for figure in EXPECTED_PEAK_FIGURES]
+        if columns[0] not in table or not is_irregular.any():
             continue
-        values = np.where(is_irregular, np.asarray(table[f"{joint}_{EXPECTED_PEAK_FIGURE}"], float), np.nan)
+        values = np.where(is_irregular, np.asarray(table[columns[0]], float), np.nan)
         if np.isnan(values).all():
             continue
         index = int(np.nanargmax(values))
-        figures = (float(table[name][index]) for name in (*_prediction_columns(joint), f"{joint}_force_peak"))
+        figures = (float(table[name][index]) for name in columns)
         candidate = ExpectedPeak(str(table["case_id"][index]), joint, *figures)
         largest_peak = candidate if largest_peak is None or candidate.value > largest_peak.value else largest_peak
     return largest_peak
@@ -308,7 +302,3 @@ def expected_peak_sentence(peak_texts: list[str], location: str) -> str:
         f"The largest force peak in 10⁶ revolutions is estimated at {value_text}, at most {bound_text} (97.5 "
         f"%){location}. The largest peak in the window is {window_text}."
     )
-
-
-def _prediction_columns(joint: str) -> list[str]:
-    return [f"{joint}_{EXPECTED_PEAK_FIGURE}{suffix}" for suffix in BOUND_SUFFIXES]

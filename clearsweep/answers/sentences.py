@@ -362,16 +362,9 @@ def film(answer: Answer, words: Words) -> Iterator[Sentence]:
     yield Sentence("Thinnest film: {value}{where}.", {"value": text, "where": where})
 
 
-def laws(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Say whether other laws change the verdict on the deciding case."""
-    if check := answer.get("laws"):
-        yield Sentence("{text}", {"text": check})
-
-
-def fits(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Say what the verdicts on fits hold for: their mean clearances, and the ends that are covered."""
-    if coverage := answer.get("fits"):
-        yield Sentence("{text}", {"text": coverage})
+def worded(key: str) -> Rule:
+    """Return the rule that says a sentence of the answer as it is."""
+    return lambda answer, words: [Sentence("{text}", {"text": answer[key]})] if answer.get(key) else []
 
 
 def irregular(answer: Answer, words: Words) -> Iterator[Sentence]:
@@ -389,6 +382,8 @@ def suggestion(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("No limits are set. To judge the cases, add for example: limits: {{{limit}}}", {"limit": limit})
 
 
+laws = worded("laws")  # whether other laws change the verdict on the deciding case
+fits = worded("fits")  # what the verdicts on fits hold for: their mean clearances, and the ends that are covered
 JUDGED = (state, verdict, share, missing, boundary, fits)
 OWN = (figure_sentences.own_figure_sentences, figure_sentences.vibration_sentences)
 FORCES = (figure_sentences.force_sentences, figure_sentences.error_sentences)

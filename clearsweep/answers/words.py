@@ -264,7 +264,7 @@ def is_group(fit: Mapping[str, Any]) -> bool:
     return "/" not in fit["name"]
 
 
-def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any], words: Words) -> str:
+def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any]) -> str:
     """Return which fits meet the limits up to the end of their tolerance; '' without fits or limits.
 
     With fits in one joint, the end of a tolerance towards the limit is covered if a larger (smaller) clearance that was
@@ -366,12 +366,6 @@ def hours_text(life: Lifetime) -> str:
     return f"{wording.number_text(life.hours)} h"
 
 
-def faster_wear_text(hours: float) -> str:
-    """Return a life in hours with the wear WEAR_UNCERTAINTY_FACTORS times as fast: '159 to 47.8 h'."""
-    texts = [wording.number_text(hours / factor) for factor in WEAR_UNCERTAINTY_FACTORS]
-    return f"{' to '.join(texts)}{wording.BLANK}h"
-
-
 def interval_text(life: Lifetime) -> str:
     """Return the 95 % interval of a life that the numerics leave, or '' if it is unknown."""
     if math.isnan(life.revolutions_low):
@@ -389,7 +383,9 @@ def spread_text(life: Lifetime) -> str:
         return f"With the uncertain wear coefficients: {low} to {high}"
     if not math.isfinite(life.hours):
         return ""
-    return f"With wear {FASTER_WEAR} as fast, the usual uncertainty of its coefficient: {faster_wear_text(life.hours)}"
+    texts = [wording.number_text(life.hours / factor) for factor in WEAR_UNCERTAINTY_FACTORS]
+    hours = f"{' to '.join(texts)}{wording.BLANK}h"  # '159 to 47.8 h'
+    return f"With wear {FASTER_WEAR} as fast, the usual uncertainty of its coefficient: {hours}"
 
 
 def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:

@@ -122,11 +122,6 @@ class Outline(NamedTuple):
         """Return how a body bends, or None if it does not."""
         return next((link for link in self.bending if link.name in (body, ANY)), None)
 
-    @property
-    def is_deforming(self) -> bool:
-        """Return whether the machine moves without clearance otherwise than as prescribed."""
-        return bool(self.elastic or self.mounts)
-
 
 #: Keys that set the size of friction directly: a couple in a pin, a force in a guide.
 SIZES = ("torque", "force")

@@ -1,10 +1,10 @@
 """Columns and time histories of the cases of a grid, with names, units and descriptions."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
-from .catalogue import BendingOutline, Catalogue, Channel, Figure, FigureOutline, Mechanism, Outline, torsional_unit
+from .catalogue import Catalogue, Channel, Figure, Mechanism, Outline, torsional_unit
 from .vibration import FRAME, PlaceOutline, VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
@@ -194,15 +194,9 @@ class Layout(NamedTuple):
                 catalogue,
                 mechanism,
                 joint_features,
-                Requested(
-                    frozenset(requested),
-                    features.until,
-                    frictions,
-                    features.outline.vibration,
-                    features.outline.figures,
-                    features.outline.bending,
-                    features.outline.mounts,
-                ),
+                features.outline,
+                requested,
+                features.until,
             ),
             _channels(catalogue, mechanism, features),
             features.horizon,
@@ -268,28 +262,22 @@ OF_PLACES = {"moves", "zones", "across", "rolling"}  # what figures of a place r
 REQUESTED_COLUMNS = ("horizon", "error_check", "until", "life", "uncertain")
 
 
-class Requested(NamedTuple):
-    """What a grid requests of the figures of merit, besides those of its joints."""
-
-    names: frozenset[str] = frozenset()  # those of REQUESTED_COLUMNS
-    until: str = ""  # the figure in `simulate.until`
-    frictions: tuple[str, ...] = ()  # the joints of friction loads
-    vibration: VibrationOutline | None = None
-    figures: tuple[FigureOutline, ...] = ()  # of one's own
-    bending: tuple[BendingOutline, ...] = ()  # links that bend
-    mounts: tuple[str, ...] = ()  # joints in housings that yield
-
-
 def columns_of(
-    catalogue: Catalogue, mechanism: Mechanism, features_by_joint: Mapping[str, set], requested: Requested
+    catalogue: Catalogue,
+    mechanism: Mechanism,
+    features_by_joint: Mapping[str, set],
+    outline: Outline,
+    requested: Collection[str] = (),
+    until: str = "",
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
     features_by_joint : clearance joint ('rod_slider') -> its features ('wear', 'film').  Joints without clearance among
-    those of friction loads have a friction power.
+    those of friction loads have a friction power.  requested : those of REQUESTED_COLUMNS; until : the figure in
+    `simulate.until`
     """
-    features = {*requested.names, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
-    asked = {"vibration": requested.vibration, "bends": requested.bending, "mounted": requested.mounts}
+    features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
+    asked = {"vibration": outline.vibration, "bends": outline.bending, "mounted": outline.mounts}
     features |= {name for name, section in asked.items() if section}
     columns: list[Column] = []
     for joint, joint_features in features_by_joint.items():
@@ -302,13 +290,13 @@ def columns_of(
         if TORSIONAL in joint_features:
             joint_columns = [column._replace(unit=torsional_unit(column.unit)) for column in joint_columns]
         columns += joint_columns
-    rubbing = [joint for joint in dict.fromkeys(requested.frictions) if joint not in features_by_joint]
+    rubbing = [joint for joint in dict.fromkeys(rubbing_joints(outline)) if joint not in features_by_joint]
     powers = [figure for figure in catalogue.figures if figure.name == FRICTION_POWER]
     columns += [_column(figure, joint, mechanism) for joint in rubbing for figure in powers]
     for figure in catalogue.figures:
         if figure.of in ("link", "mount"):
-            links = [link.name for link in requested.bending if link.features >= {*figure.needs}]
-            owners = links if figure.of == "link" else requested.mounts
+            links = [link.name for link in outline.bending if link.features >= {*figure.needs}]
+            owners = links if figure.of == "link" else outline.mounts
             columns += [_column(figure, "", mechanism, {figure.of: owner}) for owner in owners]
             continue
         if figure.of == "joint" or not features >= {*figure.needs} - OF_PLACES:
@@ -317,12 +305,12 @@ def columns_of(
             continue
         if figure.of in ("place", "order"):
             bearings = [joint for joint, has in features_by_joint.items() if "rolling" in has]
-            columns += _vibration_columns(figure, mechanism, requested.vibration or VibrationOutline(), bearings)
+            columns += _vibration_columns(figure, mechanism, outline.vibration or VibrationOutline(), bearings)
             continue
-        until_unit = {column.name: column.unit for column in columns}.get(requested.until, "1")
-        columns.append(_column(figure, "", mechanism, {"until": requested.until, "until_unit": until_unit}))
-    columns += [Column(figure.name, figure.unit, figure.text) for figure in requested.figures]
-    if "error_check" not in requested.names:
+        until_unit = {column.name: column.unit for column in columns}.get(until, "1")
+        columns.append(_column(figure, "", mechanism, {"until": until, "until_unit": until_unit}))
+    columns += [Column(figure.name, figure.unit, figure.text) for figure in outline.figures]
+    if "error_check" not in requested:
         return tuple(columns)
     differing = {figure.name for figure in catalogue.figures if figure.differs}
     return tuple(
@@ -441,6 +429,6 @@ def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: b
     figure_names = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(
         column.name
-        for column in columns_of(catalogue, mechanism, features_by_joint, Requested())
+        for column in columns_of(catalogue, mechanism, features_by_joint, Outline())
         if column.figure in figure_names
     )

@@ -82,23 +82,6 @@ class Rounds(Protocol):
         """Return the answer, once no more cases are needed."""
 
 
-class OwnRows:
-    """Separates the rows of a grid's own cases from those that a search added; here all are the grid's own."""
-
-    columns: Sequence[str] = ()  # columns of the summary that it reads
-
-    def of_grid(self, block: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return a mask of the cases of a block that belong to the grid."""
-        return np.ones(len(block["status"]), bool)
-
-    def add(self, block: "Mapping[str, np.ndarray]") -> None:
-        """Add finished cases that the search has added."""
-
-    def facts(self, deciding: Mapping[str, Any] | None) -> dict[str, Any] | None:
-        """Return what these cases show for `run --json`; `deciding` is the first entry of the summary table."""
-        return None
-
-
 class Search:
     """One kind of search; an instance is its section in a grid, in SI."""
 
@@ -194,11 +177,6 @@ class Search:
     def begin(self, grid: Any, simulator: Any) -> Rounds:
         """Return the search at work, before its first round."""
         raise NotImplementedError
-
-    @classmethod
-    def own_rows(cls, record: Mapping[str, Any], ranking: Any) -> OwnRows:
-        """Return what separates the grid's own rows; `record` is run.json, `ranking` that of the cases."""
-        return OwnRows()
 
     @classmethod
     def table_columns(cls, record: Mapping[str, Any]) -> set[str]:

@@ -110,10 +110,14 @@ def load(
             "the axes, or draw cases with `sample`"
         )
     for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
-        _report_refusal(reader, grid.case(index))
+        if reader.mechanism.refusal and (refusal := reader.mechanism.refusal(reader.mechanism, grid.case(index))):
+            reader.report(f"mechanism.{refusal[0]}".rstrip("."), refusal[1])
     problems.check()
     if all(map(has_run, law_files)):
-        _report_start(reader, catalogue, grid)
+        # the first and the last case; others say it when they run
+        start_problems = [catalogue.start_problem(grid.case(index)) for index in sorted({0, grid.size - 1})]
+        if start_problems[0] and all(start_problems):
+            reader.report(*start_problems[0])
     problems.check()
     layout = Layout.of(grid.case_at(_point_of_layout(grid)), catalogue)
     check_channels(reader, layout)
@@ -154,23 +158,6 @@ def write_starter(file: Path, kind: str, catalogue: Catalogue) -> None:
         raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
 
 
-def _report_refusal(reader: Reader, case: Case) -> None:
-    """Report why the mechanism of a case cannot be assembled."""
-    assert reader.mechanism.refusal is not None  # only some mechanisms have this check
-    refusal = reader.mechanism.refusal(reader.mechanism, case)
-    if refusal:
-        path = f"mechanism.{refusal[0]}".rstrip(".")
-        reader.report(path, refusal[1])
-
-
-def _report_start(reader: Reader, catalogue: Catalogue, grid: Grid) -> None:
-    """Report why neither the first nor the last case can start; other cases say it when they run."""
-    first_problem = catalogue.start_problem(grid.case(0))
-    if first_problem and (grid.size == 1 or catalogue.start_problem(grid.case(grid.size - 1))):
-        path, sentence = first_problem
-        reader.report(path, sentence)
-
-
 def _resolved_sample(reader: Reader) -> dict[str, Any]:
     """Return the section `sample` in SI, or {} if there is none."""
     if reader.sample is None:
@@ -184,17 +171,19 @@ def _resolved_sample(reader: Reader) -> dict[str, Any]:
 HISTORY_COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel
 
 
-def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
-    """Return the bytes of history that a case of so many revolutions records, without events."""
-    return _history_bytes(layout, layout.channels, save, revolutions)
+def history_bytes(layout: Layout, save: Save, revolutions: float, channels: tuple[Column, ...] | None = None) -> float:
+    """Return the bytes of history that a case of so many revolutions records, without events.
 
-
-def _history_bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions: float) -> float:
+    channels : those that count, by default all
+    """
     saved_revolutions = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
     if not layout.turns and save.orbits != "none":
         saved_revolutions = 1.0  # samples are per run, not per revolution
     section_points = min(revolutions, MAX_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
-    return float(8.0 * (saved_revolutions * save.samples * len(channels) + section_points))
+    return float(
+        8.0
+        * (saved_revolutions * save.samples * len(layout.channels if channels is None else channels) + section_points)
+    )
 
 
 def first_case_history(grid: Grid) -> float:
@@ -202,12 +191,12 @@ def first_case_history(grid: Grid) -> float:
     case = grid.case(0)
     adaptive_section = case.simulate.until or case.life
     revolutions = adaptive_section.max_revolutions if adaptive_section else case.simulate.revolutions
-    return _history_bytes(grid.layout, grid.layout.stored, case.save, revolutions)
+    return history_bytes(grid.layout, case.save, revolutions, grid.layout.stored)
 
 
 def largest_history(grid: Grid) -> float:
     """Return the smallest number of bytes of history that the longest case of a grid stores, without events."""
-    return _history_bytes(grid.layout, grid.layout.stored, grid.case(0).save, _largest_revolutions(grid))
+    return history_bytes(grid.layout, grid.case(0).save, _largest_revolutions(grid), grid.layout.stored)
 
 
 def recorded_history(grid: Grid) -> float:

@@ -37,7 +37,10 @@ def case_of(tree: Tree, outline: Outline) -> case.Case:
         *(_typed(_joint, section, name, outline.laws) for name, section in sections.items() if {*section} != {"stops"}),
         *(_stops(sections[joint.name]["stops"], joint, outline) for joint in outline.joints if joint.stops),
     )
-    simulate, save = _typed(_simulate, tree["simulate"]), _typed(_save, tree["save"])
+    simulate = _typed(_simulate, tree["simulate"])
+    save = _typed(
+        lambda section: case.Save(**{**section, "channels": tuple(section.get("channels", ()))}), tree["save"]
+    )
     if outline.length == "time":  # which saves the whole run
         save = save._replace(revolutions=simulate.revolutions)
     return case.Case(
@@ -83,11 +86,6 @@ def _simulate(section: Tree) -> case.Simulate:
         window = duration - before
         values |= {"revolutions": duration / window, "discard": before / window, "period": window}
     return case.Simulate(**values)
-
-
-def _save(section: Tree) -> case.Save:
-    channels = tuple(section.get("channels", ()))
-    return case.Save(**{**section, "channels": channels})
 
 
 def _vibration(section: Tree, outline: VibrationOutline) -> Vibration:

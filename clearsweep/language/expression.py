@@ -168,7 +168,11 @@ class _DimensionChecker:
                 return _dimension_power(self.dimension(left), Fraction(repr(_signed_number(power))))
             case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _PRODUCT_OPERATORS:
                 exponent = Fraction(_PRODUCT_OPERATORS[type(operation)][1])
-                return _multiply_dimensions(self.dimension(left), _dimension_power(self.dimension(right), exponent))
+                first, second = self.dimension(left), _dimension_power(self.dimension(right), exponent)
+                none = Fraction(0)
+                return _checked_powers(
+                    {name: first.get(name, none) + second.get(name, none) for name in first | second}
+                )
             case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _SUM_OPERATORS:
                 return self._common_dimension(left, right)
             case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as arguments, keywords=[]) if (
@@ -272,12 +276,6 @@ def _signed_number(node: ast.expr) -> float:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool) and abs(value) < 1e300:
             return float(value)
     raise InputError(f"found {_quoted_part(node)}; expected a plain number below 1e300")
-
-
-def _multiply_dimensions(left: Dimension, right: Dimension) -> Dimension:
-    """Return the dimension of a product."""
-    powers = {name: left.get(name, Fraction(0)) + right.get(name, Fraction(0)) for name in (*left, *right)}
-    return _checked_powers(powers)
 
 
 def _dimension_power(dimension: Dimension, power: Fraction) -> Dimension:

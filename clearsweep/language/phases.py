@@ -167,16 +167,6 @@ def innermost_phase() -> Phase | None:
     return next(reversed(list(_open_phases)), None)
 
 
-def is_innermost_once() -> bool:
-    """Return whether the innermost phase does work that later runs do not repeat."""
-    return bool(_open_phases) and _open_phases[-1].once
-
-
-def outermost_phase(first_index: int = 0) -> Phase | None:
-    """Return the outermost open phase from index `first_index` on."""
-    return next(iter(list(_open_phases)[first_index:]), None)
-
-
 # ---------------------------------------------------------------------------------------------- on stderr
 
 
@@ -211,7 +201,7 @@ class Display:
 
     def refresh(self) -> None:
         """Print a line if one is due."""
-        open_phase, current_progress, now = outermost_phase(), progress(), time.monotonic()
+        open_phase, current_progress, now = next(iter(list(_open_phases)), None), progress(), time.monotonic()
         if current_progress is None or open_phase is None or sys.stderr is None:
             self.close()
             return
@@ -317,13 +307,13 @@ class ProgressWriter:
 
     def changed(self) -> None:
         """Write the progress if it is due."""
-        open_phase, now = outermost_phase(self.first_phase), time.monotonic()
-        is_early = open_phase is not None and now - open_phase.begin < MIN_ELAPSED and not is_innermost_once()
+        open_phase, now = next(iter(list(_open_phases)[self.first_phase :]), None), time.monotonic()
+        innermost = innermost_phase()
+        is_once = innermost is not None and innermost.once
+        is_early = open_phase is not None and now - open_phase.begin < MIN_ELAPSED and not is_once
         if open_phase is None or is_early:  # the compiler reports only its begin and its end
             self.discard()
-        elif (now >= self.next_write or is_innermost_once() != self.once) and (
-            current_progress := progress(self.first_phase)
-        ):
+        elif (now >= self.next_write or is_once != self.once) and (current_progress := progress(self.first_phase)):
             self.next_write, self.is_stored, self.once = now + MIN_ELAPSED, True, current_progress.once
             self.replace_content(
                 json.dumps(

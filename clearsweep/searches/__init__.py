@@ -7,14 +7,14 @@ results lead to the same cases however often the run was interrupted.
 from collections.abc import Mapping
 from typing import Any
 
-from ..contracts.search import OwnRows, Search
-from .check_laws import CheckLaws, base_laws
+from ..contracts.search import Search
+from .check_laws import CheckLaws, OwnRows, base_laws
 from .identify import Identify
 from .optimise import SENSES, Optimise
 from .refine import Refine
 from .seek import Seek
 
-__all__ = ["SEARCHES", "SENSES", "base_laws", "own_rows", "search_of"]
+__all__ = ["SEARCHES", "SENSES", "OwnRows", "base_laws", "search_of"]
 
 #: Those that a grid may have, in the order of the page of keys.
 SEARCHES: tuple[type[Search], ...] = (Seek, Refine, Optimise, Identify, CheckLaws)
@@ -23,12 +23,3 @@ SEARCHES: tuple[type[Search], ...] = (Seek, Refine, Optimise, Identify, CheckLaw
 def search_of(record: Mapping[str, Any]) -> type[Search] | None:
     """Return the kind of search of a run, from its run.json, or None without one."""
     return next((search for search in SEARCHES if record.get(search.name)), None)
-
-
-def own_rows(record: Mapping[str, Any], ranking: Any) -> OwnRows:
-    """Return what separates the rows of a grid's own cases from those that its search added.
-
-    record : run.json; ranking : of the cases, an `answers.case_ranking.CaseRanking`
-    """
-    search = search_of(record)
-    return search.own_rows(record, ranking) if search else OwnRows()

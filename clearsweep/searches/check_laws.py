@@ -9,11 +9,11 @@ import numpy as np
 from ..answers.questions import LawResult, law_results
 from ..answers.ranking import CaseRanking, ranking_of
 from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
-from ..contracts.search import CaseResults, Found, OwnRows, Point, Search
+from ..contracts.search import CaseResults, Found, Point, Search
 from ..grid import Grid, leaves
 from ..grid.keys import Word
 from ..grid.sections import ADDED, Reader
-from ..grid.written import WrittenValue
+from ..grid.written import MistakeError, WrittenValue
 from ..language.errors import quoted
 
 CHECK_LAWS = "check_laws"
@@ -47,8 +47,7 @@ class CheckLaws(Search):
             return {}
         is_added_section = isinstance(written.value, dict) and set(written.value) <= {ADDED}
         if written.value is not True and not is_added_section:
-            reader.problems.add(written, CHECK_LAWS, f"found {quoted(written.value)}; expected true or false")
-            return {}
+            raise MistakeError(written, CHECK_LAWS, f"found {quoted(written.value)}; expected true or false")
         for conflict in reader.searches:
             if conflict in root.value and conflict != CHECK_LAWS:
                 message = (
@@ -85,11 +84,6 @@ class CheckLaws(Search):
     def begin(self, grid: Grid, simulator: Any) -> "LawCheck":
         """Return the search at work."""
         return LawCheck(grid, self, simulator)
-
-    @classmethod
-    def own_rows(cls, record: Mapping[str, Any], ranking: CaseRanking) -> "LawRows":
-        """Return what separates the cases that check laws."""
-        return LawRows(base_laws(record), ranking)
 
 
 class LawCheck:
@@ -130,17 +124,18 @@ def _used_paths(grid: Grid, point: Point) -> set[str]:
     return point.keys() & dict(leaves(grid.case_tree(point))).keys()
 
 
-class LawRows(OwnRows):
+class OwnRows:
     """Separates the cases that check laws from those of the grid, and keeps the results of these checks."""
 
-    def __init__(self, base: dict[str, str], ranking: CaseRanking):
-        """Prepare with the law of the grid by path, and the ranking of the cases."""
-        self.base, self.ranking, self.columns = base, ranking, tuple(base)
+    def __init__(self, record: Mapping[str, Any], ranking: CaseRanking):
+        """Prepare from run.json and the ranking of the cases."""
+        self.base, self.ranking = base_laws(record), ranking
+        self.columns = tuple(self.base)  # of the summary
         self.rows: list[LawResult] = []
 
     def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return a mask of the cases of a block that belong to the grid and do not check a law."""
-        is_of_grid = super().of_grid(block)
+        is_of_grid = np.ones(len(block["status"]), bool)
         for path, law in self.base.items():
             is_of_grid &= np.array([value is None or value == law for value in block[path].tolist()], bool)
         return is_of_grid

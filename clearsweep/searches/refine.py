@@ -227,7 +227,13 @@ class Refinement:
 
     def _halve(self, box: _Box, requested: dict[tuple[int, GridPoint], None]) -> None:
         """Halve a box, unless it has the smallest size or too few cases are left."""
-        axes = [axis for axis, size in enumerate(box.size) if size > 1 and self._differ(box, axis)]
+        # those with an edge whose ends differ
+        axes = [
+            axis
+            for axis, size in enumerate(box.size)
+            if size > 1
+            and any(self._is_good(box.group, a) is not self._is_good(box.group, b) for a, b in box.edges(axis))
+        ]
         if not axes:
             return
         axis = max(axes, key=lambda candidate: box.size[candidate])
@@ -255,10 +261,6 @@ class Refinement:
             all_good, any_good = all_good[low] & all_good[high], any_good[low] | any_good[high]
         crossed = np.argwhere(any_good & ~all_good).tolist()
         return [_Box(j, tuple(STEP * k for k in corner), (STEP,) * len(corner)) for j, *corner in crossed]
-
-    def _differ(self, box: _Box, axis: int) -> bool:
-        """Return whether the ends of an edge along an axis differ."""
-        return any(self._is_good(box.group, a) is not self._is_good(box.group, b) for a, b in box.edges(axis))
 
     def _is_good(self, group: int, position: GridPoint) -> bool | None:
         """Return whether the case at a position meets the limits, or None if it was not run."""

@@ -13,7 +13,7 @@ from ..contracts.search import CaseResults, Found, FurtherRuns, Point, Search, S
 from ..grid import Fit, Grid, sections
 from ..grid.keys import KeyTable, Number, Word
 from ..grid.sections.fits import NAMINGS, read_fit_names
-from ..grid.written import WrittenValue
+from ..grid.written import MistakeError, WrittenValue
 from ..language import quantity
 from ..language.errors import quoted
 from . import seeking
@@ -232,10 +232,24 @@ class Seek(Search):
         cls, reader: sections.Reader, root: WrittenValue, keys: KeyTable, values_of: Callable[[str], tuple[float, ...]]
     ) -> dict[str, tuple[WrittenValue, WrittenValue]]:
         """Return the paths, each with the ends of the range or all values to try; report those that have no range."""
-        seek_range = _read_range(reader, root, values_of)
-        axes = {}
-        for written_path in seek_range[0] if seek_range else ():
-            assert seek_range is not None  # there is at least one path
+        axes: dict[str, tuple[WrittenValue, WrittenValue]] = {}
+        section = SEEK_SECTION.find(reader.problems, root)
+        if section is None:
+            return axes
+        directions = [direction for direction in SEEK_DIRECTIONS if direction in section.value]
+        if len(directions) != 1:
+            message = "has both largest and smallest; write one of them"
+            message = message if directions else "is missing; write the path to vary"
+            raise MistakeError(section, f"{SEEK}.{SEEK_DIRECTIONS[0]}", f"{message}, such as {_SEEK_EXAMPLE}")
+        paths = SEEK_SECTION.value(reader.problems, section, directions[0]) or []
+        values: WrittenValue | None = None
+        if "among" in section.value and paths:
+            values = _read_fits(reader, section, [path.value for path in paths], values_of)
+        elif paths:
+            values = SEEK_SECTION.value(reader.problems, section, "between")
+        if values is None:
+            return axes
+        for written_path in paths:
             path, key = written_path.value, keys.get(written_path.value)
             if isinstance(key, Word) or (isinstance(key, Number) and any(use.field.integer for use in key.uses)):
                 noun = "a name" if isinstance(key, Word) else "a whole number"
@@ -245,13 +259,55 @@ class Seek(Search):
                 message = f"{path} cannot be searched for, because units of other keys depend on it"
                 reader.problems.add(written_path, SEEK, message)
             else:
-                axes[path] = (written_path, seek_range[1])
+                axes[path] = written_path, values
         return axes
 
     @classmethod
     def read(cls, reader: sections.Reader, root: WrittenValue) -> "Seek | None":
         """Return the section `seek`, or None if it is missing or wrong."""
-        return _read_seek(reader, root)
+        section = sections.section_in(root, SEEK)
+        paths = tuple(path for path, section_name in reader.varied_by.items() if section_name == SEEK)
+        if section is None or not paths or not set(paths) <= reader.axes.keys():
+            return None
+        path = paths[0]
+        fits = reader.choices.get(path, ())
+        entries, problems_before = section.value, len(reader.problems)
+        (direction,) = [direction for direction in SEEK_DIRECTIONS if direction in entries]
+        low, high = reader.axes[path][0], reader.axes[path][-1]
+        for other_path in paths[1:]:
+            if unit_of_path(reader, other_path) != unit_of_path(reader, path):
+                units_text = f"in {unit_of_path(reader, other_path)}, {path} in {unit_of_path(reader, path)}"
+                message = f"{other_path} is {units_text}; paths that vary together need the same unit"
+                reader.problems.add(entries[direction], f"{SEEK}.{direction}", message)
+        if low >= high and not fits:
+            reader.problems.add(
+                entries["between"], f"{SEEK}.between", "the first value is not below the second; swap them"
+            )
+        if not reader.limits:
+            reader.problems.add(section, SEEK, "needs limits that the cases must meet; add the section 'limits'")
+        scope = SEEK_SECTION.value(reader.problems, section, "for")
+        SEEK_SECTION.value(reader.problems, section, "meeting")  # `limits` is the only word so far
+        for other_path in reader.axes:
+            sections.check_always_used(reader, entries[direction], SEEK, other_path)
+        is_per_case = scope == SEEK_SCOPES[0]
+        if fits:
+            names = [fit.name for fit in fits]
+            words = [naming.words for naming in NAMINGS.values()]
+            among = {key: names if key in words else item.value for key, item in entries["among"].value.items()}
+            seek = Seek(direction, paths, (low, high), 0.0, is_per_case, fits, among)
+            return seek if len(reader.problems) == problems_before else None
+        tolerance = SEEK_SECTION.value(reader.problems, section, "within", unit_of_path(reader, path))
+        if tolerance is None or len(reader.problems) > problems_before:
+            return None
+        if not (high - low) / 2.0**MAX_HALVINGS < tolerance <= (high - low) / seeking.SCAN_INTERVALS:
+            smallest, largest = (
+                quantity.written_text(size, unit_of_path(reader, path))
+                for size in ((high - low) / 1e12, (high - low) / 4.0)
+            )
+            message = f"found {entries['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
+            reader.problems.add(entries["within"], f"{SEEK}.within", message)
+            return None
+        return Seek(direction, paths, (low, high), tolerance, is_per_case)
 
     def expected_cases(self, grid: Any) -> tuple[int, float]:
         """Return how many cases the search adds if the border is sharp; among fits none."""
@@ -290,101 +346,22 @@ class Seek(Search):
         return names | {f"seek.{path}" for path in searched} | fits
 
 
-def _read_range(
-    reader: sections.Reader, root: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
-) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the searched paths and their values as written, or None if there is nothing to vary.
-
-    `values_of` returns the known values of a path, which determine the sizes of fits.
-    """
-    section = SEEK_SECTION.find(reader.problems, root)
-    if section is None:
-        return None
-    directions = [direction for direction in SEEK_DIRECTIONS if direction in section.value]
-    if len(directions) != 1:
-        message = (
-            "has both largest and smallest; write one of them" if directions else "is missing; write the path to vary"
-        )
-        reader.problems.add(section, f"{SEEK}.{SEEK_DIRECTIONS[0]}", f"{message}, such as {_SEEK_EXAMPLE}")
-        return None
-    paths = SEEK_SECTION.value(reader.problems, section, directions[0])
-    if paths is None:
-        return None
-    if "among" in section.value:
-        return _read_fits(reader, section, paths, values_of)
-    between = SEEK_SECTION.value(reader.problems, section, "between")
-    return None if between is None else (paths, between)
-
-
 def _read_fits(
-    reader: sections.Reader,
-    section: WrittenValue,
-    paths: list[WrittenValue],
-    values_of: Callable[[str], tuple[float, ...]],
-) -> tuple[list[WrittenValue], WrittenValue] | None:
-    """Return the paths, and the largest clearances of the fits to search, ascending."""
-    among = section.value["among"]
+    reader: sections.Reader, section: WrittenValue, paths: list[str], values_of: Callable[[str], tuple[float, ...]]
+) -> WrittenValue:
+    """Return the largest clearances of the fits to search, ascending; `values_of` returns known values of a path."""
+    among: WrittenValue = section.value["among"]
     for key in ("between", "within"):
         if key in section.value:
             message = "conflicts with `among`, which lists the values to try; remove one of the two"
-            reader.problems.add(section.value[key], f"{SEEK}.{key}", message)
-            return None
+            raise MistakeError(section.value[key], f"{SEEK}.{key}", message)
     if not isinstance(among.value, dict):
         message = f"found {quoted(among.value)}; expected {_AMONG_EXAMPLE} or {_GROUPS_EXAMPLE}"
-        reader.problems.add(among, f"{SEEK}.among", message)
-        return None
-    fits = read_fit_names(reader, [path.value for path in paths], among, values_of)
-    if fits is None:
-        return None
-    ascending = tuple(sorted(fits, key=lambda fit: fit.high))
-    reader.choices |= dict.fromkeys((path.value for path in paths), ascending)
+        raise MistakeError(among, f"{SEEK}.among", message)
+    ascending = tuple(sorted(read_fit_names(reader, paths, among, values_of), key=lambda fit: fit.high))
+    reader.choices |= dict.fromkeys(paths, ascending)
     position = among.origin, among.line, among.column
-    values = [WrittenValue(f"{fit.high!r} m", *position, by_name=True) for fit in ascending]
-    return paths, among.with_value(values)
-
-
-def _read_seek(reader: sections.Reader, root: WrittenValue) -> Seek | None:
-    section = sections.section_in(root, SEEK)
-    paths = tuple(path for path, section_name in reader.varied_by.items() if section_name == SEEK)
-    if section is None or not paths or not set(paths) <= reader.axes.keys():
-        return None
-    path = paths[0]
-    fits = reader.choices.get(path, ())
-    entries, problems_before = section.value, len(reader.problems)
-    (direction,) = [direction for direction in SEEK_DIRECTIONS if direction in entries]
-    low, high = reader.axes[path][0], reader.axes[path][-1]
-    for other_path in paths[1:]:
-        if unit_of_path(reader, other_path) != unit_of_path(reader, path):
-            units_text = f"in {unit_of_path(reader, other_path)}, {path} in {unit_of_path(reader, path)}"
-            message = f"{other_path} is {units_text}; paths that vary together need the same unit"
-            reader.problems.add(entries[direction], f"{SEEK}.{direction}", message)
-    if low >= high and not fits:
-        reader.problems.add(entries["between"], f"{SEEK}.between", "the first value is not below the second; swap them")
-    if not reader.limits:
-        reader.problems.add(section, SEEK, "needs limits that the cases must meet; add the section 'limits'")
-    scope = SEEK_SECTION.value(reader.problems, section, "for")
-    SEEK_SECTION.value(reader.problems, section, "meeting")  # `limits` is the only word so far
-    for other_path in reader.axes:
-        sections.check_always_used(reader, entries[direction], SEEK, other_path)
-    is_per_case = scope == SEEK_SCOPES[0]
-    if fits:
-        names = [fit.name for fit in fits]
-        words = [naming.words for naming in NAMINGS.values()]
-        among = {key: names if key in words else item.value for key, item in entries["among"].value.items()}
-        seek = Seek(direction, paths, (low, high), 0.0, is_per_case, fits, among)
-        return seek if len(reader.problems) == problems_before else None
-    tolerance = SEEK_SECTION.value(reader.problems, section, "within", unit_of_path(reader, path))
-    if tolerance is None or len(reader.problems) > problems_before:
-        return None
-    if not (high - low) / 2.0**MAX_HALVINGS < tolerance <= (high - low) / seeking.SCAN_INTERVALS:
-        smallest, largest = (
-            quantity.written_text(size, unit_of_path(reader, path))
-            for size in ((high - low) / 1e12, (high - low) / 4.0)
-        )
-        message = f"found {entries['within'].value}; allowed: {smallest} to {largest}, a quarter of the range"
-        reader.problems.add(entries["within"], f"{SEEK}.within", message)
-        return None
-    return Seek(direction, paths, (low, high), tolerance, is_per_case)
+    return among.with_value([WrittenValue(f"{fit.high!r} m", *position, by_name=True) for fit in ascending])
 
 
 class _Probe(NamedTuple):

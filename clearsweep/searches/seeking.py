@@ -14,7 +14,7 @@ from ..contracts.catalogue import CHOICE
 from ..contracts.search import FurtherRuns, Search
 from ..grid.keys import Number
 from ..grid.sections import CountKey, Reader, check_always_used, section_in
-from ..grid.written import WrittenValue
+from ..grid.written import AXIS_SECTIONS, MistakeError, WrittenValue
 from ..language import phases, quantity
 from ..language.errors import mistake_of
 
@@ -213,8 +213,7 @@ class SearchOver(Search):
         for conflict in cls.conflicts:
             if conflict in root.value:
                 message = f"conflicts with `{conflict}`; `{cls.name}` chooses all cases itself; remove one of the two"
-                reader.problems.add(section, cls.name, message)
-                return {}
+                raise MistakeError(section, cls.name, message)
         over = cls.keys.value(reader.problems, section, "over")
         axes = {}
         for key, written in over.value.items() if over else ():
@@ -300,7 +299,6 @@ def start_values(reader: Reader, over: Mapping[str, Choice]) -> dict[str, Any]:
 STEP = 0.1  # relative step: larger than the scatter of chaotic motion, small enough for a slope
 FOLDER = "sensitivity"  # prefix of its name; a hash of the keys follows
 DIGITS = 4  # digits of a limit that would pass
-_AXIS_SECTIONS = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose cases
 _EXPONENT = ".exponent"  # the units of other keys depend on this key
 
 
@@ -328,7 +326,7 @@ def effects(grid: grids.Grid, best: Sequence[Mapping[str, Any]], runs: FurtherRu
     if grid.search is None or worst is None or runs.run is None:
         return []
     point = worst["point"] | dict.fromkeys(grid.search.varied_paths, worst["value"])
-    fixed = {key: section for key, section in grid.resolved().items() if key not in _AXIS_SECTIONS}
+    fixed = {key: section for key, section in grid.resolved().items() if key not in (*AXIS_SECTIONS, "sample", "seek")}
     perturbed = _perturbed(grid, point, fixed, runs.catalogue)
     paths = list(perturbed)
     if not paths:

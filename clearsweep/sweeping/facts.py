@@ -29,7 +29,7 @@ from ..answers.words import (
 from ..contracts.layout import Layout
 from ..grid import Grid, leaves
 from ..language import wording
-from ..searches import own_rows
+from ..searches import OwnRows
 from ..store import StoredRun, sum_counts
 
 # Values of a case in words, for the last lines of a run.
@@ -247,7 +247,7 @@ class RunFacts:
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.slowest_case = LifeExtremes(layout, record.get("life") or {}), SlowestCase(record, layout)
         self.ranking = ranking_of(layout, self.limits.verdict.limits, record)
-        self.own = own_rows(record, self.ranking)
+        self.own = OwnRows(record, self.ranking)
         self.swept = [*record.get("case_labels", []), *record["units"]]
         self.swept = [path for path in self.swept if path not in self.own.columns]
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)

@@ -132,6 +132,11 @@ def deciding_paths(key: object) -> tuple[str, ...]:
     return tuple(dict.fromkeys(path for when in conditions for path, _ in when))
 
 
+def has_keys_below(key_table: KeyTable, path: str) -> bool:
+    """Return whether there are keys below `path`."""
+    return any(nested.rpartition(".")[0] == path for nested in key_table)
+
+
 def value_key(key_table: KeyTable, path: str) -> Word | Number:
     """Return the key at `path`, a word or a quantity; raise TypeError for any other kind."""
     key = key_table[path]

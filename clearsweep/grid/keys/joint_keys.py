@@ -310,7 +310,7 @@ def add_flanges(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     )
 
 
-def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+def add_spatial_revolute(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges."""
     keys[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
     refused = {"rolling": "a rolling bearing acts in the plane of its rings only; write the mechanism in the plane"}

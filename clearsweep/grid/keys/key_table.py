@@ -402,18 +402,11 @@ def _add_coupling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
 
 
 def _add_stops(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Add the keys of the stops of a pin."""
-    laws = tuple(map(torsional, catalogue.laws))
-    _add_ends(keys, path, "angle of the second body relative to the first", "rad", catalogue._replace(laws=laws))
-
-
-def _add_guide_stops(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Add the keys of the stops of a guide."""
-    _add_ends(keys, path, "travel of the second point from the first along the guide", "m", catalogue)
-
-
-def _add_ends(keys: KeyTable, path: str, quantity: str, unit: str, catalogue: Catalogue) -> None:
-    """Add the keys of both ends of a motion."""
+    """Add the keys of the stops of a pin, or of a guide, which take lengths and forces."""
+    quantity, unit = "travel of the second point from the first along the guide", "m"
+    if site.kind != "guide_stops":
+        quantity, unit = "angle of the second body relative to the first", "rad"
+        catalogue = catalogue._replace(laws=tuple(map(torsional, catalogue.laws)))
     keys.setdefault(path, Section("a joint without clearance whose motion ends at stops", "optional"))
     keys[f"{path}.stops"] = Section("the stops of a joint, which may have a clearance, too")
     keys[f"{path}.stops.at"] = Section(f"{quantity} at both stops, the lower one first", "required", 2)
@@ -462,18 +455,14 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
         joint_keys.add_numbers(keys, path, (field._replace(text=text, optional=True, default=None),), CHOICE)
 
 
-def _add_worn_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Add the keys of a spatial revolute joint without flanges, and of its wear."""
-    joint_keys.add_spatial_revolute(keys, path, site, catalogue)
+def _add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a spatial revolute joint, of its wear, and of its flanges if it has any."""
+    joint_keys.add_spatial_revolute(keys, path, catalogue)
     _add_wear(keys, path, catalogue)
     del keys[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
     joint_keys.add_numbers(keys, f"{path}.wear", (_LENGTH_BINS,), NUMERICS, sweep=False)
-
-
-def _add_flanged_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Add the keys of a spatial revolute joint with flanges."""
-    _add_worn_spatial_revolute(keys, path, site, catalogue)
-    joint_keys.add_flanges(keys, path, catalogue)
+    if site.kind == "spatial":
+        joint_keys.add_flanges(keys, path, catalogue)
 
 
 _ADD_JOINT_KEYS = {
@@ -485,8 +474,8 @@ _ADD_JOINT_KEYS = {
     "gear": _add_gear,
     "coupling": _add_coupling,
     "stops": _add_stops,
-    "guide_stops": _add_guide_stops,
-    "spatial": _add_flanged_revolute,
-    "through": _add_worn_spatial_revolute,
+    "guide_stops": _add_stops,
+    "spatial": _add_spatial_revolute,
+    "through": _add_spatial_revolute,
     ANY: _add_pin_or_guide,
 }

@@ -98,7 +98,7 @@ class _NameReplacer:
     def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
         """Return a heat balance with the thermal expansion of named materials."""
         thermal = _with_changed_entry(
-            thermal, f"{path}.housing", "housing", partial(self._with_material, keys=("expansion",))
+            thermal, f"{path}.housing", "housing", partial(self.with_material, keys=("expansion",))
         )
         if not isinstance(thermal.value, dict):
             return thermal
@@ -117,12 +117,7 @@ class _NameReplacer:
                 self.numbers.append(LibraryNumber(f"{path}.expansion.{body}", entry.name, value))
         return thermal.with_value(thermal.value | {"expansion": written.with_value(content)})
 
-    def replace_in_body(self, path: str, body: WrittenValue) -> WrittenValue:
-        """Return a body with the name of the material of its elastic link replaced by numbers."""
-        change = partial(self._with_material, keys=("young", "density"))
-        return _with_changed_entry(body, f"{path}.elastic", "elastic", change)
-
-    def _with_material(self, path: str, section: WrittenValue, keys: tuple[str, ...]) -> WrittenValue:
+    def with_material(self, path: str, section: WrittenValue, keys: tuple[str, ...]) -> WrittenValue:
         """Return a section with the name of its material replaced by the numbers of these keys."""
         section, unchecked = self._pop_unchecked(path, section, (HOUSING_MATERIAL,))
         if not isinstance(section.value, dict) or HOUSING_MATERIAL not in section.value:
@@ -280,10 +275,13 @@ def replace_library_names(
             section = _with_changed_entry(section, f"{path}.{name}", name, replacer.replace_in_joint)
         return section
 
+    def link(path: str, body: WrittenValue) -> WrittenValue:
+        change = partial(replacer.with_material, keys=("young", "density"))
+        return _with_changed_entry(body, f"{path}.elastic", "elastic", change)
+
     def bodies(path: str, section: WrittenValue) -> WrittenValue:
         for name in section.value if isinstance(section.value, dict) else ():
-            change = bodies if name == "bodies" else replacer.replace_in_body
-            section = _with_changed_entry(section, f"{path}.{name}", name, change)
+            section = _with_changed_entry(section, f"{path}.{name}", name, bodies if name == "bodies" else link)
         return section
 
     root = _with_changed_entry(root, "mechanism", "mechanism", bodies)

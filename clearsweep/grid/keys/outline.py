@@ -21,7 +21,7 @@ from ...contracts.catalogue import (
 from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, PlaceOutline, VibrationOutline
 from ...language import quantity
 from ...language.errors import InputError
-from ..written import WrittenValue, leaves
+from ..written import AXIS_SECTIONS, WrittenValue, leaves
 from ..written.law_files import plain_value, with_recorded_laws
 from . import KeyTable, Number, Word
 from .key_table import table_of_keys
@@ -110,7 +110,7 @@ def outline_of_document(root: WrittenValue) -> Outline:
     sections = root.value if isinstance(root.value, dict) else {}
     tree = {key: plain_value(sections[key]) for key in _SECTIONS if key in sections}
     axis_sections = [
-        _section(sections[section_name].value) for section_name in ("sweep", "zip", "cases") if section_name in sections
+        _section(sections[section_name].value) for section_name in AXIS_SECTIONS if section_name in sections
     ]
     if "sample" in sections:
         over = _section(sections["sample"].value).get("over")
@@ -237,15 +237,6 @@ def _word_pair(value: Any) -> tuple[str, str]:
     return (first if isinstance(first, str) else ""), (second if isinstance(second, str) else "")
 
 
-def full_key_table(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
-    """Return every dotted path that a grid of this mechanism may contain, with NAME for user-defined names."""
-    if not mechanism.with_outline:
-        return table_of_keys(mechanism, catalogue)
-    full_mechanism = mechanism.with_outline(FULL_OUTLINE)
-    # `horizon` and `time_limit`
-    return table_of_keys(full_mechanism, catalogue) | table_of_keys(full_mechanism._replace(free=True), catalogue)
-
-
 class KeyTree(NamedTuple):
     """The keys of a mechanism, in the plane or in space."""
 
@@ -267,27 +258,27 @@ def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]
 
     slots : whether the keys of slots, gears, couplings and stops are yielded, too
     """
+
+    def tree(mechanism: Mechanism, free_keys: KeyTable | None = None) -> KeyTree:
+        kinds = {site.name: site.kind for site in mechanism.joints}
+        keys = table_of_keys(mechanism, catalogue) | (free_keys or {})
+        return KeyTree(mechanism.name, keys, kinds, mechanism.spatial)
+
     for mechanism in catalogue.mechanisms:
-        full_mechanism = mechanism.with_outline(FULL_OUTLINE) if mechanism.with_outline else mechanism
-        kinds = {site.name: site.kind for site in full_mechanism.joints}
-        yield KeyTree(mechanism.name, full_key_table(mechanism, catalogue), kinds)
-        if slots and ANY in kinds and mechanism.with_outline:
-            for joint in FURTHER_JOINTS:
-                further = mechanism.with_outline(FULL_OUTLINE._replace(joints=(joint,)))
-                yield KeyTree(mechanism.name, table_of_keys(further, catalogue), {ANY: further.joints[0].kind})
-        pins = frozenset(name for name, kind in kinds.items() if kind in ("revolute", ANY))
-        if pins and mechanism.with_outline:
+        if not mechanism.with_outline:
+            yield tree(mechanism)
+            continue
+        full = mechanism.with_outline(FULL_OUTLINE)
+        yield tree(full, table_of_keys(full._replace(free=True), catalogue))  # with `horizon` and `time_limit`
+        kinds = {site.name: site.kind for site in full.joints}
+        for joint in FURTHER_JOINTS if slots and ANY in kinds else ():
+            yield tree(mechanism.with_outline(FULL_OUTLINE._replace(joints=(joint,))))
+        if pins := frozenset(name for name, kind in kinds.items() if kind in ("revolute", ANY)):
             pin_outline = FULL_OUTLINE._replace(joints=(JointOutline(ANY, "revolute", "", ""),), rolling=pins)
-            rolling = mechanism.with_outline(pin_outline)
-            kinds = {site.name: site.kind for site in rolling.joints}
-            yield KeyTree(mechanism.name, table_of_keys(rolling, catalogue), kinds)
-        in_space = mechanism.with_outline(IN_SPACE) if mechanism.with_outline else mechanism
+            yield tree(mechanism.with_outline(pin_outline))
+        in_space = mechanism.with_outline(IN_SPACE)
         if in_space.spatial:
-            kinds = {site.name: site.kind for site in in_space.joints}
-            yield KeyTree(mechanism.name, table_of_keys(in_space, catalogue), kinds, spatial=True)
-
-
-AXIS_SECTIONS = ("sweep", "zip", "cases")  # sections of a resolved grid with dotted path -> values
+            yield tree(in_space)
 
 
 def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
@@ -310,11 +301,10 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
     for path, key in keys.items():
         if isinstance(key, Number):
             exponent_path = f"{path.rpartition('.')[0]}.exponent"
-            exponent = (
-                None
-                if exponent_path in axes
-                else values.get(exponent_path, _default_number(keys.get(exponent_path), words_by_path))
-            )
+            exponent_key = keys.get(exponent_path)
+            fields = exponent_key.fields(words_by_path) if isinstance(exponent_key, Number) else ()
+            default = fields[0].default if fields else None
+            exponent = None if exponent_path in axes else values.get(exponent_path, default)
             units_by_path[path] = unit_of_number(key, words_by_path, exponent)
     return {path: unit for path, unit in units_by_path.items() if unit}
 
@@ -336,9 +326,3 @@ def unit_of_number(key: Number, words_by_path: Mapping[str, frozenset[str]], exp
         symbolic_units if exponent is None else [quantity.replace_exponent(unit, exponent) for unit in symbolic_units]
     )
     return " or ".join(dict.fromkeys(units))
-
-
-def _default_number(key: object, words_by_path: Mapping[str, frozenset[str]]) -> float | None:
-    """Return the default of a missing key, or None if it has no numeric default."""
-    fields = key.fields(words_by_path) if isinstance(key, Number) else ()
-    return fields[0].default if fields else None

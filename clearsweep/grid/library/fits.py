@@ -323,9 +323,12 @@ def mounted(group: Fit, name: str, sizes: BearingSizes, warmer: float = 0.0) -> 
         shaft, slash, housing = (part.strip() for part in name.partition("/"))
         if not slash or not shaft[:1].islower() or not housing[:1].isupper():
             raise InputError(f"found {quoted(name)}; expected the shaft's class before the housing's, such as k5/H7")
+        bore, outside = _millimetres(sizes.bore), _millimetres(sizes.outside_diameter)
+        inner_ring = (_deviation(bore, _BORE_STEPS, _BORE_DEVIATIONS), 0.0)
+        outer_ring = (_deviation(outside, _OUTSIDE_STEPS, _OUTSIDE_DEVIATIONS), 0.0)
         interferences = (
-            (_inner_interference(shaft, sizes.bore), sizes.bore / inner_raceway),
-            (_outer_interference(housing, sizes.outside_diameter), outer_raceway / sizes.outside_diameter),
+            (_interference(_limits(shaft, bore), inner_ring), sizes.bore / inner_raceway),
+            (_interference(outer_ring, _limits(housing, outside)), outer_raceway / sizes.outside_diameter),
         )
         low, mean, high = (
             sum(share * max(interference[k], 0.0) for interference, share in interferences) for k in range(3)
@@ -333,20 +336,6 @@ def mounted(group: Fit, name: str, sizes: BearingSizes, warmer: float = 0.0) -> 
     return group._replace(
         low=group.low - high - heating, mean=group.mean - mean - heating, high=group.high - low - heating
     )
-
-
-def _inner_interference(shaft: str, bore: float) -> tuple[float, float, float]:
-    """Return least, mean and largest probable interference (m) of a shaft of a class in a bore (m)."""
-    size = _millimetres(bore)
-    ring = (_deviation(size, _BORE_STEPS, _BORE_DEVIATIONS), 0.0)
-    return _interference(_limits(shaft, size), ring)
-
-
-def _outer_interference(housing: str, outside_diameter: float) -> tuple[float, float, float]:
-    """Return least, mean and largest probable interference (m) of an outer ring in a housing of a class."""
-    size = _millimetres(outside_diameter)
-    ring = (_deviation(size, _OUTSIDE_STEPS, _OUTSIDE_DEVIATIONS), 0.0)
-    return _interference(ring, _limits(housing, size))
 
 
 def _millimetres(length: float) -> Fraction:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...contracts.catalogue import ANY, Catalogue
 from ...language import quantity
-from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
+from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word, has_keys_below
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
 from ..sections import AXES_OF_NAMES, NAME_SCHEMAS, QUANTITY_SCHEMA, entries_schema, single_key_schemas
@@ -186,9 +186,10 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
         if parent != path:
             continue
         if isinstance(key, Section):
-            properties[key_name] = (
-                _list_schema(key_table, nested, key) if key.items else _section_schema(key_table, nested, key)
-            )
+            name, content = key_table.get(f"{nested}.{MATERIAL}"), _object_schema(key_table, nested)
+            named = {"anyOf": [{"enum": list(name.options)}, content]} if isinstance(name, Name) else content
+            of_section = {"description": key.text, **named}
+            properties[key_name] = _list_schema(key_table, nested, key) if key.items else of_section
         elif isinstance(key, Word):
             has_free_names = any(ANY in option for option in key.options)  # the user chooses the keys
             properties[key_name] = {"description": key.text} | (
@@ -211,7 +212,7 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
         else:
             schemas = [
                 QUANTITY_SCHEMA,
-                *(_object_schema(key_table, item) for item in (nested,) if _has_keys_below(key_table, item)),
+                *(_object_schema(key_table, item) for item in (nested,) if has_keys_below(key_table, item)),
             ]
             schemas += [NAME_SCHEMAS[form] for form in {key_use.field.fit for key_use in key.uses} if form]
             value = {"anyOf": schemas} if schemas[1:] else schemas[0]
@@ -225,18 +226,6 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
     for pair in alternatives:
         object_schema["anyOf"] = [{"required": [key_name]} for key_name in pair]
     return object_schema
-
-
-def _has_keys_below(key_table: KeyTable, path: str) -> bool:
-    """Return whether there are keys below `path`."""
-    return any(nested.rpartition(".")[0] == path for nested in key_table)
-
-
-def _section_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]:
-    object_schema, name = _object_schema(key_table, path), key_table.get(f"{path}.{MATERIAL}")
-    if isinstance(name, Name):
-        return {"description": key.text, "anyOf": [{"enum": list(name.options)}, object_schema]}
-    return {"description": key.text, **object_schema}
 
 
 def _list_schema(key_table: KeyTable, path: str, key: Section) -> dict[str, Any]:

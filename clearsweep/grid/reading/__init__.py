@@ -1,12 +1,14 @@
 """Reads a document in the order in which its parts depend on each other."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from ...contracts.catalogue import NUMERICS, Catalogue, FigureOutline, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
 from ...language.errors import did_you_mean, nearest_words, quoted
-from ..keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
+from ..keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word, has_keys_below
 from ..keys.joint_keys import REFUSED_SECTIONS
 from ..keys.key_table import table_of_keys
 from ..keys.library_names import find_varied_names, keys_of_names, replace_library_names, written_names
@@ -61,14 +63,17 @@ def read_keys(
     reader.written |= written_names(varied_names, root)
     _select_keys_in_use(reader, all_keys)
     variations.record_variations(reader, root, all_keys, fixed_paths)
-    variations.record_axes_of_searches(reader, root, all_keys)
+    _record_axes_of_searches(reader, all_keys, lambda search: search.axes(reader, root))
     variations.replace_label_axes(reader)
-    replace_fits_by_clearances(reader, lambda path: values.values_before_reading(reader, path))
-    reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
+    values_of = partial(values.values_before_reading, reader)
+    replace_fits_by_clearances(reader, values_of)
+    reader.library_numbers = {
+        item.path: item
+        for item in library_numbers
+        if item.path not in reader.written_axes and not any(item.path in each.paths for each in varied_names.values())
+    }
     values.set_wear_units(reader)
-    variations.record_late_axes_of_searches(
-        reader, root, all_keys, lambda path: values.values_before_reading(reader, path)
-    )
+    _record_axes_of_searches(reader, all_keys, lambda search: search.late_axes(reader, root, all_keys, values_of))
     find_added_cases(reader, root)
     for path, key in reader.keys_in_use.items():
         if isinstance(key, Word):
@@ -91,9 +96,16 @@ def read_keys(
     reader.figures = expected_columns(reader, mechanism, catalogue)
     variations.report_column_name_clashes(reader, defined_section)
     read_limits(reader, root)
-    sections = [search.read(reader, root) for search in searches.values()]
-    reader.search = next((section for section in sections if section is not None), None)
+    reader.search = next(filter(None, [search.read(reader, root) for search in searches.values()]), None)
     return reader
+
+
+def _record_axes_of_searches(reader: Reader, all_keys: KeyTable, axes_of: Callable[[Any], Mapping]) -> None:
+    """Record the values that searches may choose; `axes_of` returns those of one search."""
+    for search in reader.searches.values():
+        with reader.problems.reporting():
+            for path, (position, written) in axes_of(search).items():
+                variations.record_axis(reader, search.name, path, position, written, all_keys)
 
 
 def _own_figures(root: WrittenValue, catalogue: Catalogue) -> WrittenValue:
@@ -190,7 +202,7 @@ def _is_bare_table(content: Any) -> bool:
 def _record_entry(reader: Reader, entry: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the value of a known key or the content of a section, even of one that replaces a quantity."""
     key = all_keys.get(path)
-    is_replaced = isinstance(key, Number) and isinstance(entry.value, dict) and _has_keys_below(all_keys, path)
+    is_replaced = isinstance(key, Number) and isinstance(entry.value, dict) and has_keys_below(all_keys, path)
     if isinstance(key, Section) or is_replaced:
         _read_section(reader, entry, path, all_keys)
     elif key is not None:
@@ -242,7 +254,11 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
     """Select the keys in use from all keys; wear and roughness also get keys that otherwise only laws have."""
     for path, key in all_keys.items():
         parent = path.rpartition(".")[0]
-        is_present = not isinstance(key, Section) or _section_exists(reader, path, key)
+        is_present = True
+        if isinstance(key, Section):  # written or implied, together with the sections it needs
+            required = f"{parent.rpartition('.')[0]}.{key.needs}"
+            is_present = path in reader.sections or key.need == "implied"
+            is_present = is_present and (not key.needs or required in reader.keys_in_use)
         if isinstance(all_keys.get(parent), Number):
             is_present = parent in reader.sections
         elif isinstance(key, Number) and path in reader.sections:  # a section replaces it
@@ -272,17 +288,6 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
             reader.keys_in_use[path] = key._replace(
                 uses=tuple(key_use._replace(when=()) for key_use in key.uses), sweep=True
             )
-
-
-def _has_keys_below(all_keys: KeyTable, path: str) -> bool:
-    """Return whether there are keys below `path`."""
-    return any(child_path.rpartition(".")[0] == path for child_path in all_keys)
-
-
-def _section_exists(reader: Reader, path: str, key: Section) -> bool:
-    """Return whether the section at `path` exists: written or implied, together with the sections it needs."""
-    required = f"{path.rpartition('.')[0].rpartition('.')[0]}.{key.needs}"
-    return (path in reader.sections or key.need == "implied") and (not key.needs or required in reader.keys_in_use)
 
 
 def read_channels(reader: Reader, path: str) -> None:

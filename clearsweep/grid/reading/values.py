@@ -49,7 +49,8 @@ def read_word_key(reader: Reader, path: str, key: Word) -> None:
         )
         values = (key.conditional_default.word if key.conditional_default and has_conditional_default else key.default,)
     if path in reader.written_axes:
-        _record_axis(reader, path, ValueReader(read_word, ""))
+        with reader.problems.reporting():
+            reader.axes[path] = tuple(values_of_axis(reader, path, ValueReader(read_word, "")))
         values = reader.axes.get(path, ())
     elif values:
         reader.values[path] = values[0]
@@ -77,8 +78,8 @@ def read_table_key(reader: Reader, path: str, key: Table) -> None:
         message = f"is missing; write the name of a .csv file in the directory of the grid ({key.columns.text})"
         reader.report(path, message)
         return
-    if (values := read_table(reader.problems, path, reader.written[path], key.columns)) is not None:
-        reader.values[path] = values
+    with reader.problems.reporting():
+        reader.values[path] = read_table(reader.problems, path, reader.written[path], key.columns)
 
 
 def read_flag(reader: Reader, path: str) -> None:
@@ -106,33 +107,26 @@ def read_number(reader: Reader, path: str, key: Number) -> None:
         )
         reader.report(path, message)
         return
-    meanings = [(field, _possible_units(reader, path, field)) for field in fields]
-    if not fields:  # unused by the laws that are tried: any of its meanings that fits will do
-        every = [(key_use.field, _possible_units(reader, path, key_use.field)) for key_use in key.uses]
-        silent_reader, written = Reader(Problems(), reader.mechanism, reader.outline), reader.written.get(path)
-        fitting = [each for each in every if written and _read_number(silent_reader, path, written, [each]) is not None]
-        meanings = (fitting or every)[:1]
-    if _depends_on_unreadable(reader, key):  # which meaning applies is unknown; any that fits will do
-        silent_reader = Reader(Problems(), reader.mechanism, reader.outline)
-        written = reader.written.get(path)
-        if path in reader.written_axes or (
-            written and any(_read_number(silent_reader, path, written, [meaning]) is not None for meaning in meanings)
-        ):
+    possible_fields = fields or tuple(key_use.field for key_use in key.uses)
+    meanings = [(field, _possible_units(reader, path, field)) for field in possible_fields]
+    is_unclear = _depends_on_unreadable(reader, key)
+    if is_unclear or not fields:  # it is unknown which meaning applies, or unused: any that fits will do
+        silent, written = Reader(Problems(), reader.mechanism, reader.outline), reader.written.get(path)
+        fitting = [each for each in meanings if written and _read_number(silent, path, written, [each]) is not None]
+        if is_unclear and (fitting or path in reader.written_axes):
             return
-        meanings = meanings[:1]
+        meanings = (fitting or meanings)[:1]
     if path in reader.written_axes:
         possible_fields = tuple(field for field, _ in meanings)
         unit = meanings[0][1][0]
-        _record_axis(
-            reader,
-            path,
-            ValueReader(lambda written: _read_number(reader, path, written, meanings), unit, possible_fields),
-        )
+        reading = ValueReader(lambda item: _read_number(reader, path, item, meanings), unit, possible_fields)
+        with reader.problems.reporting():
+            reader.axes[path] = tuple(values_of_axis(reader, path, reading))
     if path in reader.written:
         value = _read_number(reader, path, reader.written[path], meanings)
         if value is not None and path not in reader.written_axes:
             reader.values[path] = value
-    elif path not in reader.written_axes and not _depends_on_unreadable(reader, key):
+    elif path not in reader.written_axes and not is_unclear:
         for field in fields:
             if field.default is None and not field.optional and not _follows_from_material(reader, path, field):
                 _report_missing(reader, path, key, field)
@@ -149,12 +143,6 @@ def _report_missing(reader: Reader, path: str, key: Number, field: Field) -> Non
     laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected_text(quantity.replace_exponent(field.unit, 1.5))
     reader.report(path, f"is missing{laws_text} ({field.text or field.name}); {unit_text}")
-
-
-def _record_axis(reader: Reader, path: str, reading: ValueReader) -> None:
-    """Record the values of an axis."""
-    if values := values_of_axis(reader, path, reading):
-        reader.axes[path] = tuple(values)
 
 
 def _read_number(reader: Reader, path: str, written: WrittenValue, meanings: list[Meaning]) -> float | int | None:

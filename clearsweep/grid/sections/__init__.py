@@ -15,19 +15,17 @@ from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ..keys import KeyTable, Number, Word, deciding_paths, value_key
 from ..keys.library_names import LibraryNumber, VariedName, numbers_of_names
 from ..library.fits import GROUPS, MOUNTING_KEYS, Fit
-from ..written import Problems, WrittenValue
+from ..written import MistakeError, Problems, WrittenValue, placed
 from ..written.definitions import NO_DEFINITIONS, Definitions
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
 #: JSON Schemas of values in several sections.
 QUANTITY_SCHEMA = {"$ref": "#/$defs/quantity"}
 PAIR_SCHEMA = {"type": "array", "minItems": 2, "maxItems": 2}
-FIT_NAME_SCHEMA = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
 MOUNTING_SCHEMA = {
     "fit": {"type": "string", "description": MOUNTING_KEYS["fit"]},
     "inner_warmer": {"description": MOUNTING_KEYS["inner_warmer"], **QUANTITY_SCHEMA},
 }
-GROUP_NAME_SCHEMA = {"group": {"enum": list(GROUPS), "description": "a group of ISO 5753-1"}, **MOUNTING_SCHEMA}
 
 
 def _named_schema(properties: Mapping[str, Any]) -> dict[str, Any]:
@@ -36,15 +34,18 @@ def _named_schema(properties: Mapping[str, Any]) -> dict[str, Any]:
     return {"type": "object", "required": [first], "additionalProperties": False, "properties": dict(properties)}
 
 
-FIT_SCHEMA, GROUP_SCHEMA = _named_schema(FIT_NAME_SCHEMA), _named_schema(GROUP_NAME_SCHEMA)
 #: Field.fit -> schema of a clearance that is named.
-NAME_SCHEMAS = {"fit": FIT_SCHEMA, "group": GROUP_SCHEMA}
+NAME_SCHEMAS = {
+    "fit": _named_schema({"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}),
+    "group": _named_schema(
+        {"group": {"enum": list(GROUPS), "description": "a group of ISO 5753-1"}, **MOUNTING_SCHEMA}
+    ),
+}
 #: Axes of fits, and of groups.
 AXES_OF_NAMES = [
     _named_schema({"fits": {"type": "array", "minItems": 1, "items": {"type": "string"}}}),
     _named_schema({"groups": {"type": "array", "minItems": 1, "items": {"enum": list(GROUPS)}}, **MOUNTING_SCHEMA}),
 ]
-NAMES_SCHEMA = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
 
 
 def entries_schema(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -54,10 +55,7 @@ def entries_schema(entry: Mapping[str, Any]) -> dict[str, Any]:
 
 def single_key_schemas(schemas: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return the schemas of sections with a single key each: key -> schema of its value."""
-    return [
-        {"type": "object", "required": [key], "additionalProperties": False, "properties": {key: form}}
-        for key, form in schemas.items()
-    ]
+    return [_named_schema({key: form}) for key, form in schemas.items()]
 
 
 @dataclass(frozen=True)
@@ -86,10 +84,7 @@ class Key:
         return ""
 
     def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> Any:
-        """Return the value at the key at `key_path`, in SI for quantities of an SI `unit`.
-
-        Return None, with a problem, if it is wrong.
-        """
+        """Return the value at the key at `key_path`, of an SI `unit`; MistakeError if it is wrong."""
         return written
 
 
@@ -108,17 +103,15 @@ class WordKey(Key):
         """Return the known words."""
         return f" (known: {', '.join(self.words)})"
 
-    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> str | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> str:
         """Return the word."""
         word = written.value
         if word in self.words:
             return str(word)
         suggestion = did_you_mean(word, self.words) if isinstance(word, str) else ""
         message = f"unknown {self.noun} {quoted(word)}{suggestion}{self.choices_text()}"
-        problems.add(
-            written, key_path, message if self.noun else f"found {quoted(word)}; expected {' or '.join(self.words)}"
-        )
-        return None
+        other = f"found {quoted(word)}; expected {' or '.join(self.words)}"
+        raise MistakeError(written, key_path, message if self.noun else other)
 
 
 @dataclass(frozen=True)
@@ -152,16 +145,16 @@ class NamesKey(Key):
 
     def values(self) -> dict[str, Any]:
         """Return the JSON Schema of the names."""
-        return NAMES_SCHEMA
+        return {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
 
-    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> list[WrittenValue] | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> list[WrittenValue]:
         """Return the names with their positions, each once."""
         items = _items(written)
         invalid = [item for item in items if not isinstance(item.value, str)]
         if invalid or not items:
             faulty = invalid[0] if invalid else written
-            problems.add(faulty, key_path, f"found {quoted(faulty.value)}; expected a {self.noun}, or a list of such")
-            return None
+            message = f"found {quoted(faulty.value)}; expected a {self.noun}, or a list of such"
+            raise MistakeError(faulty, key_path, message)
         first_items: dict[str, WrittenValue] = {}
         for item in items:
             if item.value in first_items:
@@ -181,18 +174,13 @@ class CountKey(Key):
         """Return the JSON Schema of the number."""
         return {"type": "integer", "minimum": self.low}
 
-    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> int | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> int:
         """Return the number."""
-        try:
-            number = quantity.exact(written.value, "1")
-        except InputError as error:
-            problems.add(written, key_path, str(error))
-            return None
+        number = placed(written, key_path, quantity.exact, written.value, "1")
         if number.denominator == 1 and self.low <= number <= self.high:
             return int(number)
         message = f"found {written.value}; allowed: a whole number from {self.low} to {self.high:,}"
-        problems.add(written, key_path, message)
-        return None
+        raise MistakeError(written, key_path, message)
 
 
 @dataclass(frozen=True)
@@ -205,13 +193,12 @@ class QuantityKey(Key):
         """Return the JSON Schema of the quantity."""
         return QUANTITY_SCHEMA
 
-    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> float | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> float:
         """Return the quantity in SI."""
-        value = read_quantity(problems, key_path, written, unit)
-        if value is None or self.bounds is None or self.bounds.contains(value):
+        value: float = placed(written, key_path, quantity.read, written.value, unit)
+        if self.bounds is None or self.bounds.contains(value):
             return value
-        problems.add(written, key_path, f"found {value:.6g}; allowed: {self.bounds.allowed(value)}")
-        return None
+        raise MistakeError(written, key_path, f"found {value:.6g}; allowed: {self.bounds.allowed(value)}")
 
 
 @dataclass(frozen=True)
@@ -222,12 +209,11 @@ class RangeKey(Key):
         """Return the JSON Schema of the range."""
         return PAIR_SCHEMA | {"items": QUANTITY_SCHEMA}
 
-    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue:
         """Return the ends as they are written."""
         if isinstance(written.value, list) and len(written.value) == 2:
             return written
-        problems.add(written, key_path, f"found {quoted(written.value)}{self.missing}")
-        return None
+        raise MistakeError(written, key_path, f"found {quoted(written.value)}{self.missing}")
 
 
 @dataclass(frozen=True)
@@ -240,12 +226,11 @@ class EntriesKey(Key):
         """Return the JSON Schema of the entries."""
         return entries_schema(self.entry)
 
-    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue | None:
+    def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue:
         """Return the entries with their positions."""
         if isinstance(written.value, dict) and written.value:
             return written
-        problems.add(written, key_path, f"found {quoted(written.value)}{self.missing}")
-        return None
+        raise MistakeError(written, key_path, f"found {quoted(written.value)}{self.missing}")
 
 
 def _items(written: WrittenValue) -> list[WrittenValue]:
@@ -316,7 +301,9 @@ class KeySection(NamedTuple):
         key, key_path = next(key for key in self.keys if key.name == name), f"{self.name}.{name}"
         written = section.value.get(name)
         if written is not None:
-            return key.read(problems, key_path, written, unit)
+            with problems.reporting():
+                return key.read(problems, key_path, written, unit)
+            return None
         if key.required or key.missing:
             problems.add(section, key_path, f"is missing{key.missing}{key.choices_text()}")
         return key.default
@@ -366,11 +353,10 @@ def report_unknown_keys(
 
 def read_quantity(problems: Problems, key_path: str, written: WrittenValue, unit: str) -> float | None:
     """Return a quantity in SI, or None, with a problem, if it is not a quantity of this unit."""
-    try:
-        return quantity.read(written.value, unit)
-    except InputError as error:
-        problems.add(written, key_path, str(error))
-        return None
+    with problems.reporting():
+        value: float = placed(written, key_path, quantity.read, written.value, unit)
+        return value
+    return None
 
 
 class ValueReader(NamedTuple):
@@ -474,11 +460,6 @@ class Reader:
                 if quantity.read(item.value, unit) == value:
                     return quantity.written_text(item.value, unit)
         return quantity.written_text(float(value), unit)
-
-    @property
-    def varied_numbers(self) -> set[str]:
-        """Return the paths on an axis, and the paths of numbers that follow from a name that varies."""
-        return {*self.written_axes, *(path for varied in self.varied_names.values() for path in varied.paths)}
 
     def is_given(self, path: str) -> bool:
         """Return whether a value or a section is written or swept."""

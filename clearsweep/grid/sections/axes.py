@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from ...contracts.catalogue import Field
 from ...language import np, quantity
 from ...language.errors import InputError, did_you_mean, quoted
-from ..written import Problems, WrittenValue
+from ..written import MistakeError, Problems, WrittenValue
 from . import (
     NAME_SCHEMAS,
     CountKey,
@@ -170,39 +170,37 @@ def forms_text() -> str:
 
 def _read_ends(
     problems: Problems, key_path: str, name: str, written: WrittenValue, reading: ValueReader
-) -> tuple[Parameters, ParameterTexts] | None:
-    """Return the two ends of a distribution and their texts, or None if they are invalid."""
+) -> tuple[Parameters, ParameterTexts]:
+    """Return the two ends of a distribution and their texts."""
     bounds = written.value
     if not isinstance(bounds, list) or len(bounds) != len(_ENDS):
-        problems.add(written, key_path, f"{name}: found {quoted(bounds)}; expected {DISTRIBUTIONS[name].form}")
-        return None
+        message = f"{name}: found {quoted(bounds)}; expected {DISTRIBUTIONS[name].form}"
+        raise MistakeError(written, key_path, message)
     low, high = (reading.value(item) for item in bounds)
     if report_mixed_units(problems, key_path, bounds, reading.unit) or low is None or high is None:
-        return None
+        raise MistakeError(written, key_path)
     texts = (quantity.written_text(item.value, reading.unit) for item in bounds)
     return {"low": low, "high": high}, dict(zip(_ENDS, texts, strict=True))
 
 
 def _read_moments(
     problems: Problems, key_path: str, name: str, written: WrittenValue, reading: ValueReader
-) -> tuple[Parameters, ParameterTexts] | None:
-    """Return mean, standard deviation and bounds of a distribution, and their texts, or None if they are invalid."""
+) -> tuple[Parameters, ParameterTexts]:
+    """Return mean, standard deviation and bounds of a distribution, and their texts."""
     law, moments = DISTRIBUTIONS[name], written.value
     if not isinstance(moments, dict):
-        problems.add(written, key_path, f"{name}: found {quoted(moments)}; expected {law.form}")
-        return None
+        raise MistakeError(written, key_path, f"{name}: found {quoted(moments)}; expected {law.form}")
     report_unknown_keys(problems, f"{key_path}.{name}", written, law.keys)
     if ("std" in moments) == ("cv" in moments) or "mean" not in moments:
-        problems.add(written, key_path, f"{name}: expected mean and either std or cv: {law.form}")
-        return None
+        raise MistakeError(written, key_path, f"{name}: expected mean and either std or cv: {law.form}")
     quantities = [item for key, item in moments.items() if key != "cv"]
     if report_mixed_units(problems, f"{key_path}.{name}", quantities, reading.unit):
-        return None
+        raise MistakeError(written, key_path)
     units = {key: "1" if key == "cv" else reading.unit for key in law.keys[1:] if key in moments}
     values = {"mean": reading.value(moments["mean"])}
     values |= {key: read_quantity(problems, key_path, moments[key], unit) for key, unit in units.items()}
     if None in values.values():
-        return None
+        raise MistakeError(written, key_path)
     cv = values.pop("cv", None)
     std = values.pop("std") if cv is None else cv * abs(values["mean"])
     parameters = {"mean": values.pop("mean"), "std": std, **values}
@@ -211,24 +209,22 @@ def _read_moments(
     }
 
 
-def read_distribution(
-    problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader
-) -> Distribution | None:
-    """Return the distribution at the key at `key_path`, or None if it is invalid."""
+def read_distribution(problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader) -> Distribution:
+    """Return the distribution at the key at `key_path`; MistakeError if it is invalid."""
     if not isinstance(written.value, dict) or len(written.value) != 1:
-        problems.add(written, key_path, f"found {quoted(written.value)}; expected one of {forms_text()}")
-        return None
+        raise MistakeError(written, key_path, f"found {quoted(written.value)}; expected one of {forms_text()}")
     ((name, written_parameters),) = written.value.items()
     if name not in DISTRIBUTIONS:
         message = f"unknown distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)} (known: {forms_text()})"
-        problems.add(written.key_position(name), key_path, message)
-        return None
+        raise MistakeError(written.key_position(name), key_path, message)
     read = _read_moments if "mean" in DISTRIBUTIONS[name].keys else _read_ends
     problems_before = len(problems)
-    content = read(problems, key_path, name, written_parameters, reading)
-    for message in DISTRIBUTIONS[name].mistakes(*content) if content else ():
+    parameters, texts = read(problems, key_path, name, written_parameters, reading)
+    for message in DISTRIBUTIONS[name].mistakes(parameters, texts):
         problems.add(written_parameters, key_path, f"{name}: {message}")
-    return Distribution(name, content[0]) if content and len(problems) == problems_before else None
+    if len(problems) > problems_before:
+        raise MistakeError(written, key_path)
+    return Distribution(name, parameters)
 
 
 def distribution_of(written: Mapping[str, Any]) -> Distribution:
@@ -240,14 +236,9 @@ def distribution_of(written: Mapping[str, Any]) -> Distribution:
 
 
 def draw_values(
-    problems: Problems,
-    key_path: str,
-    written: WrittenValue,
-    distribution: Distribution,
-    points: "np.ndarray",
-    fields: tuple[Field, ...],
-) -> list[float] | None:
-    """Return the values of a variable at `points` (rows,), or None if some are out of the range of `fields`."""
+    key_path: str, written: WrittenValue, distribution: Distribution, points: "np.ndarray", fields: tuple[Field, ...]
+) -> list[float]:
+    """Return the values of a variable at `points` (rows,); MistakeError if some are out of the range of `fields`."""
     values = distribution.values(points)
     extremes = (
         *distribution.values(np.array([_TAIL_PROBABILITY, 1.0 - _TAIL_PROBABILITY])),
@@ -261,8 +252,7 @@ def draw_values(
                 f"{distribution.name}: {out_of_range[0]:.6g} is among its values, out of range; allowed: "
                 f"{field.allowed(out_of_range[0])}; write low and high within that, or a distribution that stays there"
             )
-            problems.add(written, key_path, message)
-            return None
+            raise MistakeError(written, key_path, message)
     return [float(value) for value in values]
 
 
@@ -281,19 +271,20 @@ SPACING_FORMS = {
 
 def read_axis(
     problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader, *, distinct: bool = True
-) -> list[Any] | None:
-    """Return the values of the axis at the key at `key_path`, or None if it is invalid.
+) -> list[Any]:
+    """Return the values of the axis at the key at `key_path`; MistakeError if it is invalid.
 
     Values must be distinct unless they vary together with those of other axes.
     """
     if isinstance(written.value, list):
         if not written.value:
-            problems.add(written, key_path, "the list is empty; write at least one value, or leave the path out")
+            message = "the list is empty; write at least one value, or leave the path out"
+            raise MistakeError(written, key_path, message)
         if report_mixed_units(problems, key_path, written.value, reading.unit):
-            return None
-        return (
-            _distinct_values(problems, key_path, written, reading) if distinct else _repeatable_values(written, reading)
-        )
+            raise MistakeError(written, key_path)
+        if distinct:
+            return _distinct_values(problems, key_path, written, reading)
+        return _known([reading.value(item) for item in written.value], written, key_path)
     if (
         reading.unit
         and isinstance(written.value, dict)
@@ -307,27 +298,24 @@ def read_axis(
         "its place"
     )
     message = f"found {quoted(written.value)}; expected a list such as [a, b]{spacing_text if reading.unit else ''}"
-    problems.add(written, key_path, message)
-    return None
+    raise MistakeError(written, key_path, message)
 
 
-def _repeatable_values(written: WrittenValue, reading: ValueReader) -> list[Any] | None:
-    """Return the values of a list, which may repeat."""
-    values = [reading.value(item) for item in written.value]
-    return None if not values or None in values else values
+def _known(values: list[Any], written: WrittenValue, key_path: str) -> list[Any]:
+    """Return values none of which is None; MistakeError if one was wrong, which is reported."""
+    if None in values:
+        raise MistakeError(written, key_path)
+    return values
 
 
-def _distinct_values(
-    problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader
-) -> list[Any] | None:
+def _distinct_values(problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader) -> list[Any]:
     """Return the values of a list, which must all differ."""
     if written.line and len(written.value) > _MAX_LISTED_VALUES:
         message = (
             f"found a list of {len(written.value)} values; at most {_MAX_LISTED_VALUES} can be written out: "
             "use {linspace: [first, last, count]} or {geomspace: [first, last, count]}"
         )
-        problems.add(written, key_path, message)
-        return None
+        raise MistakeError(written, key_path, message)
     first_items: dict[Any, WrittenValue] = {}
     for item in written.value:
         value = reading.value(item)
@@ -340,12 +328,12 @@ def _distinct_values(
             problems.add(item, key_path, message)
         elif value is not None:
             first_items[value] = item
-    return list(first_items) if len(first_items) == len(written.value) else None
+    return _known([*first_items, *[None] * (len(written.value) - len(first_items))], written, key_path)
 
 
 def _spaced_values(
     problems: Problems, key_path: str, spacing: str, parameters: WrittenValue, reading: ValueReader
-) -> list[Any] | None:
+) -> list[Any]:
     """Return evenly spaced values."""
     items = parameters.value if isinstance(parameters.value, list) else []
     try:
@@ -359,16 +347,14 @@ def _spaced_values(
         elif report_mixed_units(problems, key_path, items[:2], reading.unit) or None in [
             reading.value(item) for item in items[:2]
         ]:
-            return None
+            raise MistakeError(parameters, key_path)
         else:
             values = _values_between(spacing, items, int(count), reading.unit)
         if len(set(values)) < len(values):
             raise InputError(f"{len(values)} values from {values[0]!r} to {values[-1]!r} (SI) are not all different")
     except InputError as error:
-        problems.add(parameters, key_path, f"{spacing}: {error}")
-        return None
-    checked = [reading.value(parameters.with_value(value)) for value in values]
-    return None if None in checked else checked
+        raise MistakeError(parameters, key_path, f"{spacing}: {error}") from None
+    return _known([reading.value(parameters.with_value(value)) for value in values], parameters, key_path)
 
 
 def _values_between(spacing: str, items: list[WrittenValue], count: int, unit: str) -> list[float]:
@@ -481,7 +467,10 @@ def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sa
 def _design_points(method: str, n: int, seed: int, variables: int) -> "np.ndarray":
     """Return the points of a design, (rows, variables) in (0, 1)."""
     if method == "one-at-a-time":
-        return _one_at_a_time_points(variables)
+        rows = np.full((1 + 3 * variables, variables), 0.5)  # the middle, then for each variable alone its quantiles
+        for k in range(variables):
+            rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _DISTURBANCE
+        return rows
     generator = np.random.default_rng(seed)
     if method == "random":
         points = generator.random((n, variables))
@@ -502,11 +491,3 @@ def _saltelli_points(points: "np.ndarray", variables: int) -> "np.ndarray":
         matrices_ab.append(matrix_a.copy())
         matrices_ab[-1][:, k] = matrix_b[:, k]
     return np.vstack([matrix_a, matrix_b, *matrices_ab])
-
-
-def _one_at_a_time_points(variables: int) -> "np.ndarray":
-    """Return the middle, then for each variable alone its 5 % quantile, its 95 % quantile and a disturbed middle."""
-    rows = np.full((1 + 3 * variables, variables), 0.5)
-    for k in range(variables):
-        rows[1 + 3 * k : 4 + 3 * k, k] = 0.05, 0.95, 0.5 + _DISTURBANCE
-    return rows

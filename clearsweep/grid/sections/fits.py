@@ -15,7 +15,7 @@ from ..keys import Number
 from ..keys.library_names import BEARING
 from ..library import parse_bearing_name
 from ..library.fits import MOUNTING_KEYS, NORMAL_GROUP, BearingSizes, Fit, find_fit, find_group, mounted
-from ..written import WrittenValue
+from ..written import MistakeError, WrittenValue, placed
 from . import Reader
 from .axes import FROM_FIT
 
@@ -33,16 +33,6 @@ class Naming(NamedTuple):
     noun: str
     size_noun: str
     extras: tuple[str, ...] = ()  # further keys
-
-    @property
-    def example_text(self) -> str:
-        """Return one as a grid has it."""
-        return f"{{{self.word}: {self.example}}}"
-
-    @property
-    def axis_text(self) -> str:
-        """Return an axis as a grid has it."""
-        return f"{{{self.words}: [{self.other_example}, {self.example}]}}"
 
 
 #: Field.fit -> naming of its clearances.
@@ -69,24 +59,19 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
             if path not in entries or not _has_name(entries[path], naming):
                 continue
             reader = _FitReader(grid_reader, path, naming, values_of)
-            try:
-                is_base = entries is grid_reader.written and path in grid_reader.written_axes
+            is_base = entries is grid_reader.written and path in grid_reader.written_axes
+            with grid_reader.problems.reporting():
                 if reader.bearing in grid_reader.varied_names and not is_base:
                     _mount_each(reader, entries[path])
-                entries[path] = (reader.read_value if entries is grid_reader.written else reader.read_axis)(
-                    entries[path]
-                )
-            except _WrongFitError as error:
-                if str(error):
-                    grid_reader.problems.add(error.written, path, str(error))
-                for mapping in (
-                    grid_reader.keys_in_use,
-                    grid_reader.written_axes,
-                    grid_reader.written,
-                ):  # its problem is reported already
-                    mapping.pop(path, None)
-            if entries is grid_reader.written and path in grid_reader.written_axes:
-                grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
+                radii = reader.radii[:1] if is_base else reader.radii
+                value = entries[path]
+                is_axis = entries is grid_reader.written_axes
+                entries[path] = reader.read_axis(value) if is_axis else reader.mean_clearance(value, radii)
+                if is_base:
+                    grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
+                continue
+            for mapping in (grid_reader.keys_in_use, grid_reader.written_axes, grid_reader.written):
+                mapping.pop(path, None)  # its problem is reported already
 
 
 def _report_needless_mounting(grid_reader: Reader, path: str, naming: Naming) -> None:
@@ -105,7 +90,7 @@ def _mount_each(reader: "_FitReader", written: WrittenValue) -> None:
     grid_reader, path, content = reader.grid_reader, reader.path, written.value
     if path in grid_reader.written_axes or "group" not in content:
         text = f"{reader.bearing} varies: write the groups in its names, such as [6204 C2, 6204 C3], or a length"
-        raise _WrongFitError(written, f"has groups, and {text}")
+        raise MistakeError(written, path, f"has groups, and {text}")
     varied, names = grid_reader.varied_names[reader.bearing], grid_reader.written_axes.get(reader.bearing)
     numbers = dict(varied.numbers)
     for item in names.value if names and isinstance(names.value, list) else ():
@@ -114,7 +99,7 @@ def _mount_each(reader: "_FitReader", written: WrittenValue) -> None:
         group = parse_bearing_name(item.value).group
         if group and not content["group"].by_name:
             message = f"conflicts with the group {group} in a name under {reader.bearing}; remove one of the two"
-            raise _WrongFitError(written, message)
+            raise MistakeError(written, path, message)
         named_group = item.with_value(group or NORMAL_GROUP) if content["group"].by_name else content["group"]
         named = dict(numbers[item.value])
 
@@ -132,43 +117,28 @@ def _mount_each(reader: "_FitReader", written: WrittenValue) -> None:
 
 def read_fit_names(
     grid_reader: Reader, paths: list[str], among: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
-) -> list[Fit] | None:
-    """Return the fits or groups in `among` (at least one) for clearances with one size.
-
-    Return None if one is wrong.
-    """
+) -> list[Fit]:
+    """Return the fits or groups in `among` (at least one) of clearances of one size; MistakeError if one is wrong."""
     namings = [naming_of(grid_reader, path) for path in paths]
-    for path, naming in zip(paths, namings, strict=True):
-        if naming is None:
-            grid_reader.problems.add(among, path, "is not a clearance, so it cannot have a fit")
-            return None
     naming = namings[0]
+    for path, other in zip(paths, namings, strict=True):
+        if naming is None or other is None:
+            raise MistakeError(among, path, "is not a clearance, so it cannot have a fit")
     assert naming is not None
     if set(namings) != {naming}:
         message = "the clearances are of pins and of rolling bearings; seek each separately"
-        grid_reader.problems.add(among, "seek.among", message)
-        return None
+        raise MistakeError(among, "seek.among", message)
     readers = [_FitReader(grid_reader, path, naming, values_of) for path in paths]
     if len({reader.all_sizes() for reader in readers}) > 1:
         message = f"the clearances have different {naming.size_key.replace('_', ' ')}s; seek each separately"
-        grid_reader.problems.add(among, "seek.among", message)
-        return None
+        raise MistakeError(among, "seek.among", message)
     try:
         fits = [readers[0].fit(item, readers[0].radii) for item in readers[0].items(among)]
-    except _WrongFitError as error:
+    except MistakeError as error:
         message = str(error) or f"its {naming.size_key.replace('_', ' ')} is not known"
-        grid_reader.problems.add(error.written, "seek.among", message)
-        return None
+        raise MistakeError(error.written, "seek.among", message) from None
     grid_reader.fits.pop(paths[0], None)  # a clearance on the axis is not the mean of its fit
     return fits
-
-
-class _WrongFitError(Exception):
-    """A mistake in a fit, with its place; without a sentence if it is reported for another value."""
-
-    def __init__(self, written: WrittenValue, message: str):
-        super().__init__(message)
-        self.written = written
 
 
 def _has_name(written: WrittenValue, naming: Naming) -> bool:
@@ -202,12 +172,6 @@ class _FitReader:
             return self.radii
         return (self._kind(), *(self.values_of(f"{self.joint}.{name}") for name in BearingSizes._fields))
 
-    def read_value(self, written: WrittenValue) -> WrittenValue:
-        """Return a value outside all axes with its fit replaced by a clearance (m)."""
-        return self._mean_clearance(
-            written, self.radii[:1] if self.path in self.grid_reader.written_axes else self.radii
-        )
-
     def read_axis(self, written: WrittenValue) -> WrittenValue:
         """Return a written axis with its fits replaced by clearances (m)."""
         if self.grid_reader.varied_by.get(self.path) == "sample":
@@ -217,7 +181,7 @@ class _FitReader:
             self.path, self.radius_path
         )
         radii = [self.radii[row : row + 1] if is_zipped else self.radii for row in range(len(items))]
-        return written.with_value(list(map(self._mean_clearance, items, radii)))
+        return written.with_value(list(map(self.mean_clearance, items, radii)))
 
     def items(self, written: WrittenValue) -> list[WrittenValue]:
         """Return each entry of `{fits: [...]}` or `{groups: [...]}` as a single one."""
@@ -225,15 +189,18 @@ class _FitReader:
         extras = {key: content[key] for key in self.naming.extras if key in content}
         names = content.get(self.naming.words)
         if {*content} - {*extras} != {self.naming.words} or not isinstance(names.value, list) or not names.value:
-            raise _WrongFitError(written, f"found {quoted(content)}; expected {self.naming.axis_text}")
+            axis_text = f"{{{self.naming.words}: [{self.naming.other_example}, {self.naming.example}]}}"
+            raise MistakeError(written, self.path, f"found {quoted(content)}; expected {axis_text}")
         return [name.with_value({self.naming.word: name, **extras}) for name in names.value]
 
-    def _mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
+    def mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
         """Return the mean clearance of `{fit: NAME}` at a size (m); other values are returned unchanged."""
         if not isinstance(written.value, dict):
             return written
         if not {self.naming.word} <= set(written.value) <= {self.naming.word, *self.naming.extras}:
-            raise _WrongFitError(written, self._expected_text(written.value, self.naming.example_text))
+            raise MistakeError(
+                written, self.path, self._expected_text(written.value, f"{{{self.naming.word}: {self.naming.example}}}")
+            )
         return written.with_value(_length_text(self.fit(written, radii).mean))
 
     def _distribution(self, written: WrittenValue) -> Any:
@@ -241,13 +208,13 @@ class _FitReader:
         written_name = written.value.get("distribution")
         if not {self.naming.word} <= set(written.value) <= {self.naming.word, "distribution", *self.naming.extras}:
             namings = DISTRIBUTION_FORM.replace("fit: H7/f7", f"{self.naming.word}: {self.naming.example}")
-            raise _WrongFitError(written, self._expected_text(written.value, namings))
+            raise MistakeError(written, self.path, self._expected_text(written.value, namings))
         name = "uniform" if written_name is None else written_name.value
         if not isinstance(name, str) or name not in FROM_FIT:
             suggestion = did_you_mean(name, FROM_FIT) if isinstance(name, str) else ""
             known_names = ", ".join(FROM_FIT)
             message = f"unknown distribution {quoted(name)} of a {self.naming.word}{suggestion} (known: {known_names})"
-            raise _WrongFitError(written, message)
+            raise MistakeError(written, self.path, message)
         return _lengths_like(FROM_FIT[name](self.fit(written, self.radii)), written)
 
     def _expected_text(self, content: Mapping[str, WrittenValue], expected: str) -> str:
@@ -260,14 +227,12 @@ class _FitReader:
         """Return the fit or group of a mapping at a size (m), and record it."""
         name = written.value[self.naming.word]
         if len(radii) != 1:
-            raise _WrongFitError(name, self._size_text(name))
+            raise MistakeError(name, self.path, self._size_text(name))
         if not isinstance(name.value, str):
             message = f"found {quoted(name.value)}; expected {self.naming.noun}, such as {self.naming.example}"
-            raise _WrongFitError(name, message)
-        try:
-            found_fit = self._found(name.value, written.value, Fraction(repr(radii[0])) * 1000)
-        except InputError as error:
-            raise _WrongFitError(name, str(error)) from None
+            raise MistakeError(name, self.path, message)
+        size = Fraction(repr(radii[0])) * 1000
+        found_fit: Fit = placed(name, self.path, self._found, name.value, written.value, size)
         fits = self.grid_reader.fits.setdefault(self.path, [])
         if found_fit not in fits:
             fits.append(found_fit)

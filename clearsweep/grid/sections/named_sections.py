@@ -7,13 +7,13 @@ from typing import Any
 from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
-from ...contracts.layout import FEATURES_OF_FLANKED, Requested, columns_of, rubbing_joints
-from ...language import expression, np
+from ...contracts.layout import FEATURES_OF_FLANKED, columns_of
+from ...language import expression, np, quantity
 from ...language.errors import did_you_mean, mistake_of, quoted
 from ...language.quantity import is_bare, written_unit
 from ..keys import Number, Section
 from ..keys.run_keys import LIFE
-from ..written import WrittenValue
+from ..written import MistakeError, WrittenValue, placed
 from . import (
     QUANTITY_SCHEMA,
     NameSection,
@@ -105,15 +105,16 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
         elif isinstance(written.value, dict):
             _read_bounds(reader, column, written, units)
         else:
-            limit = _read_limit(reader, f"limits.{column}", written, units[column])
-            reader.limits |= {} if limit is None else {column: limit}
+            with reader.problems.reporting():
+                reader.limits[column] = _read_limit(reader, f"limits.{column}", written, units[column])
 
 
-def _read_limit(reader: Reader, path: str, written: WrittenValue, unit: str) -> float | None:
-    """Return a bound (SI) and note the unit in which it is written, or report a problem and return None."""
+def _read_limit(reader: Reader, path: str, written: WrittenValue, unit: str) -> float:
+    """Return a bound (SI) and note the unit in which it is written; MistakeError if it is invalid."""
     if unit_of_text := written_unit(written.value, unit):
         reader.limit_units[".".join(path.split(".")[:2])] = unit_of_text
-    return read_quantity(reader.problems, path, written, unit)
+    bound: float = placed(written, path, quantity.read, written.value, unit)
+    return bound
 
 
 def _unknown_column_text(name: str, units: dict[str, str]) -> str:
@@ -171,8 +172,8 @@ def _read_bounds(reader: Reader, column: str, written: WrittenValue, units: dict
             )
             reader.problems.add(entries[kind], f"{path}.{kind}", message)
         elif kind in entries:
-            limit = _read_limit(reader, f"{path}.{kind}", entries[kind], unit)
-            bounds |= {} if limit is None else {kind: limit}
+            with reader.problems.reporting():
+                bounds[kind] = _read_limit(reader, f"{path}.{kind}", entries[kind], unit)
     if any(kind in bounds for kind in KINDS):
         reader.limits[column] = bounds
 
@@ -196,44 +197,31 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
     }
     parts_by_joint |= {column_name(site.name): set() for site in mechanism.joints if site.stopped}
     for joint in mechanism.joints:
-        if column_name(joint.name) in parts_by_joint and mechanism.spatial:
-            parts_by_joint[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
-        if column_name(joint.name) in parts_by_joint and joint.kind == "guide":
-            parts_by_joint[column_name(joint.name)].add("guide")
-        if column_name(joint.name) in parts_by_joint and joint.kind == "rolling":
+        if (column := column_name(joint.name)) not in parts_by_joint:
+            continue
+        parts = parts_by_joint[column]
+        parts |= FEATURES_OF_FLANKED.get(joint.kind, frozenset())
+        parts |= {joint.kind} & {"guide", "rolling"}
+        parts |= ({"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}) if mechanism.spatial else set()
+        parts |= {"strength"} if joint.kind in ("revolute", "line") and _has_strength(reader, joint.name) else set()
+        if joint.kind == "rolling":
             path, ratings = f"joints.{joint.name}.capacity", ("dynamic", "static")
             known = {rating for rating in ratings if reader.is_given(f"{path}.{rating}")}
-            parts_by_joint[column_name(joint.name)] |= {"rolling"} | known
+            parts |= known
             reader.unrated_figures |= {
-                figure.column(column_name(joint.name)): f"needs the rating of the bearing; write {path}.{rating}"
+                figure.column(column): f"needs the rating of the bearing; write {path}.{rating}"
                 for figure in catalogue.figures
                 for rating in {*ratings} - known
                 if rating in figure.needs
             }
-        if column_name(joint.name) in parts_by_joint:
-            parts_by_joint[column_name(joint.name)] |= FEATURES_OF_FLANKED.get(joint.kind, frozenset())
     until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
-    requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
-    requested |= {
-        name
-        for name, is_requested in (("until", until), ("life", life), ("uncertain", reader.uncertain))
-        if is_requested
-    }
-    for joint in mechanism.joints:
-        if (
-            column_name(joint.name) in parts_by_joint
-            and joint.kind in ("revolute", "line")
-            and _has_strength(reader, joint.name)
-        ):
-            parts_by_joint[column_name(joint.name)].add("strength")
+    settings = {"until": until, "life": life, "uncertain": reader.uncertain}
+    settings |= {name: f"simulate.{name}" in reader.values for name in ("horizon", "error_check")}
+    requested = {name for name, is_requested in settings.items() if is_requested}
     if life and column_name(life) in parts_by_joint:
         parts_by_joint[column_name(life)].add("limited")
-    frictions, vibration = rubbing_joints(reader.outline), reader.outline.vibration
-    outline = reader.outline
-    requests = Requested(
-        frozenset(requested), until, frictions, vibration, bending=outline.bending, mounts=outline.mounts
-    )
-    columns = columns_of(catalogue, mechanism, parts_by_joint, requests)
+    outline = reader.outline._replace(figures=())
+    columns = columns_of(catalogue, mechanism, parts_by_joint, outline, requested, until)
     return {column.name: column.unit for column in columns}
 
 
@@ -291,8 +279,9 @@ def read_uncertain(reader: Reader, root: WrittenValue) -> None:
     for path, written in entries.items():
         if problem := _path_mistake(reader, path, [*entries]):
             reader.problems.add(section.key_position(path), f"{UNCERTAIN}.{path}", problem)
-        elif (distribution := _coefficient_distribution(reader, path, written)) is not None:
-            reader.uncertain[path] = distribution
+        else:
+            with reader.problems.reporting():
+                reader.uncertain[path] = _coefficient_distribution(reader, path, written)
 
 
 def _path_mistake(reader: Reader, path: str, paths: list[str]) -> str:
@@ -311,18 +300,16 @@ def _path_mistake(reader: Reader, path: str, paths: list[str]) -> str:
     return ""
 
 
-def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any] | None:
-    """Return the distribution of a coefficient, in SI, or None if it is invalid."""
+def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) -> dict[str, Any]:
+    """Return the distribution of a coefficient, in SI; MistakeError if it is invalid."""
     key_path = f"{UNCERTAIN}.{path}"
     if isinstance(written.value, dict) and [*written.value] == [FACTOR]:
-        factor = _FACTOR_KEY.read(reader.problems, f"{key_path}.{FACTOR}", written.value[FACTOR], "1")
-        return None if factor is None else {FACTOR: factor}
+        return {FACTOR: _FACTOR_KEY.read(reader.problems, f"{key_path}.{FACTOR}", written.value[FACTOR], "1")}
     if written.value == PUBLISHED:
         library_value = reader.library_numbers.get(path)
         if library_value is None:
             message = f"needs the range of a wear pair; write `{path.rpartition('.')[0]}.pair`, or a distribution"
-            reader.problems.add(written, key_path, message)
-            return None
+            raise MistakeError(written, key_path, message)
         bounds = [
             WrittenValue(f"{endpoint!r} {library_value.value.unit}", written.origin)
             for endpoint in library_value.value[2:]
@@ -330,8 +317,7 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
         written = WrittenValue({"loguniform": WrittenValue(bounds, written.origin)}, written.origin)
     if not isinstance(written.value, dict) or not set(written.value) <= set(DISTRIBUTIONS):
         message = f"found {quoted(written.value)}; expected {{factor: 3}}, {PUBLISHED} or one of {forms_text()}"
-        reader.problems.add(written, key_path, message)
-        return None
+        raise MistakeError(written, key_path, message)
     wear = path.rpartition(".")[0]
     key = reader.keys_in_use[f"{wear}.{BODY_COEFFICIENTS[0]}"]
     assert isinstance(key, Number)  # a single coefficient
@@ -339,14 +325,9 @@ def _coefficient_distribution(reader: Reader, path: str, written: WrittenValue) 
 
     reading = ValueReader(lambda item: read_quantity(reader.problems, key_path, item, field.unit), field.unit, (field,))
     distribution = read_distribution(reader.problems, key_path, written, reading)
-    if distribution is None:
-        return None
     if _interval(distribution)[0] <= 0.0:
-        message = (
-            f"{distribution.name}: its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
-        )
-        reader.problems.add(written, key_path, message)
-        return None
+        message = "its 2.5 % quantile is not above 0; write a lognormal or loguniform distribution"
+        raise MistakeError(written, key_path, f"{distribution.name}: {message}")
     return distribution.resolved()
 
 

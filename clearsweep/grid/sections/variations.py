@@ -1,6 +1,6 @@
 """Reads what a grid varies: combined, together or drawn, and coexisting motions; labels of values."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import product
@@ -12,10 +12,10 @@ from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ..keys import KeyTable, Name, Number, Section, Use, Word, deciding_paths, value_key, word_key
 from ..keys.library_names import BODIES, name_path, text_of_name
 from ..keys.run_keys import BRANCHES, CARRIED, DIRECTION, DRAW, LIFE, START
-from ..written import Problems, WrittenValue
+from ..written import AXIS_SECTIONS, MistakeError, Problems, WrittenValue
 from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
 from ..written.tables import is_table, read_cases
-from . import Reader, ValueReader
+from . import Reader, ValueReader, section_in
 from .axes import DISTRIBUTIONS, SAMPLE_SECTION, SPACING_FORMS, draw_values, read_axis, read_distribution, read_sample
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -24,63 +24,53 @@ from .axes import DISTRIBUTIONS, SAMPLE_SECTION, SPACING_FORMS, draw_values, rea
 
 MAX_SAME_KEYS = 2  # paths that an error names
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` vary together.
-VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
+VARYING_SECTIONS = (*AXIS_SECTIONS, "sample")
 
 
 def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed_paths: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed_paths` no longer vary."""
     for section_name in VARYING_SECTIONS:
-        section = root.value.get(section_name) if isinstance(root.value, dict) else None
-        if section is None:
-            continue
-        written, key_path, example = section, section_name, "[value, ...]"
-        if section_name == "cases" and is_table(section):
-            table = read_cases(reader.problems, section)
-            if table is None:
-                continue
-            written, reader.case_labels = table
-        if section_name == "sample":
-            if SAMPLE_SECTION.find(reader.problems, root) is None:
-                continue
-            written, key_path = section.value.get("over", section), "sample.over"
-            example = "{normal: {mean: 1 mm, cv: 0.1}}"
-            if "over" not in section.value:
-                reader.problems.add(section, key_path, f"is missing; write `dotted.path: {example}`")
-                continue
-        if not isinstance(written.value, dict) or not written.value:
-            reason = {"sweep": "nothing is swept", "sample": "nothing is drawn"}.get(
-                section_name, "no values vary together"
-            )
-            remedy = f"write `dotted.path: {example}`, or leave the key '{section_name}' out"
-            reader.problems.add(written, key_path, f"{reason}; {remedy}")
-            continue
-        varied = {path: values for path, values in written.value.items() if path not in fixed_paths}
-        reader.written_columns[section_name] = len(varied)
-        for path, values in varied.items():
-            _record_axis(reader, section_name, path, written.key_position(path), values, all_keys)
-        if section_name == "sample":
-            drawn_paths = [path for path in reader.written_axes if reader.varied_by[path] == "sample"]
-            reader.drawn_paths = tuple(drawn_paths)
-            reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
+        section = section_in(root, section_name)
+        with reader.problems.reporting():
+            if section is not None:
+                _record_section(reader, root, section_name, section, all_keys, fixed_paths)
 
 
-def record_axes_of_searches(reader: Reader, root: WrittenValue, all_keys: KeyTable) -> None:
-    """Record the values that searches may choose."""
-    for name, search in reader.searches.items():
-        for path, (position, values) in search.axes(reader, root).items():
-            _record_axis(reader, name, path, position, values, all_keys)
-
-
-def record_late_axes_of_searches(
-    reader: Reader, root: WrittenValue, all_keys: KeyTable, values_of: Callable[[str], tuple[float, ...]]
+def _record_section(
+    reader: Reader,
+    root: WrittenValue,
+    section_name: str,
+    section: WrittenValue,
+    all_keys: KeyTable,
+    fixed_paths: frozenset[str],
 ) -> None:
-    """Record the values that searches may choose, where other values of the grid determine them."""
-    for name, search in reader.searches.items():
-        for path, (position, values) in search.late_axes(reader, root, all_keys, values_of).items():
-            _record_axis(reader, name, path, position, values, all_keys)
+    """Record the values that one section varies; MistakeError if it cannot be read."""
+    written, key_path, example = section, section_name, "[value, ...]"
+    if section_name == "cases" and is_table(section):
+        written, reader.case_labels = read_cases(reader.problems, section)
+    if section_name == "sample":
+        if SAMPLE_SECTION.find(reader.problems, root) is None:
+            return
+        written, key_path = section.value.get("over", section), "sample.over"
+        example = "{normal: {mean: 1 mm, cv: 0.1}}"
+        if "over" not in section.value:
+            raise MistakeError(section, key_path, f"is missing; write `dotted.path: {example}`")
+    if not isinstance(written.value, dict) or not written.value:
+        reasons = {"sweep": "nothing is swept", "sample": "nothing is drawn"}
+        remedy = f"write `dotted.path: {example}`, or leave the key '{section_name}' out"
+        reason = reasons.get(section_name, "no values vary together")
+        raise MistakeError(written, key_path, f"{reason}; {remedy}")
+    varied = {path: values for path, values in written.value.items() if path not in fixed_paths}
+    reader.written_columns[section_name] = len(varied)
+    for path, values in varied.items():
+        record_axis(reader, section_name, path, written.key_position(path), values, all_keys)
+    if section_name == "sample":
+        drawn_paths = [path for path in reader.written_axes if reader.varied_by[path] == "sample"]
+        reader.drawn_paths = tuple(drawn_paths)
+        reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
 
-def _record_axis(
+def record_axis(
     reader: Reader, section_name: str, path: str, position: WrittenValue, values: WrittenValue, all_keys: KeyTable
 ) -> None:
     """Record the values of one path, or report a mistake; `position` is where the path itself is written."""
@@ -164,35 +154,31 @@ def _enclosing_paths(path: str) -> list[str]:
     return [".".join(keys[: k + 1]) for k in range(len(keys))]
 
 
-def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any] | None:
-    """Return the values of a varied path, or None if they are invalid."""
+def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any]:
+    """Return the values of a varied path; MistakeError if they are invalid."""
     section_name, written = reader.varied_by[path], reader.written_axes[path]
     key_path = _axis_key_path(reader, section_name, path)
     if path in reader.added_written:
-        added_values = read_axis(
-            reader.problems, f"{reader.added_path}.{path}", reader.added_written[path], reading, distinct=False
-        )
-        reader.added_cases[path] = added_values or []
+        with reader.problems.reporting():
+            added_path, added = f"{reader.added_path}.{path}", reader.added_written[path]
+            reader.added_cases[path] = read_axis(reader.problems, added_path, added, reading, distinct=False)
     if section_name == "cases" and (mistake := _unit_mistake(written, reading.unit)):
-        reader.problems.add(WrittenValue(None, written.origin, written.line, written.column), key_path, mistake)
-        return None
+        raise MistakeError(WrittenValue(None, written.origin, written.line, written.column), key_path, mistake)
     if section_name != "sample":
-        return read_axis(
-            reader.problems, key_path, written, reading, distinct=section_name in ("sweep", *reader.searches)
-        )
+        is_distinct = section_name in ("sweep", *reader.searches)
+        return read_axis(reader.problems, key_path, written, reading, distinct=is_distinct)
     distribution = read_distribution(reader.problems, key_path, written, reading)
-    if distribution is None or reader.sample is None:
-        return None
+    if reader.sample is None:
+        raise MistakeError(written, key_path)
     reader.distributions[path] = distribution.resolved()
     if path not in reader.sample.earlier_values:
         points = reader.sample.points[:, reader.drawn_paths.index(path)]
-        return draw_values(reader.problems, key_path, written, distribution, points, reading.fields)
+        return draw_values(key_path, written, distribution, points, reading.fields)
     drawn_before = reader.sample.earlier_values[path]
     drawn_values = read_axis(reader.problems, f"sample.drawn.{path}", drawn_before, reading, distinct=False)
-    if drawn_values is not None and len(drawn_values) != len(reader.sample.points):
+    if len(drawn_values) != len(reader.sample.points):
         message = f"found {len(drawn_values)} values; this sample has {len(reader.sample.points)}: leave 'drawn' out"
-        reader.problems.add(drawn_before, f"sample.drawn.{path}", message)
-        return None
+        raise MistakeError(drawn_before, f"sample.drawn.{path}", message)
     return drawn_values
 
 
@@ -280,13 +266,12 @@ MAX_LABEL_LENGTH = 40  # characters of a label: it heads rows and ends sentences
 #: Words that say how values are made; no label may be one of them.
 _RESERVED_NAMES = ("fits", "fit", "groups", "group", "inner_warmer")
 RESERVED_LABELS = (*SPACING_FORMS, *_RESERVED_NAMES, *DISTRIBUTIONS, "among", "whole", "factor")
-_LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have labels
 
 
 def replace_label_axes(reader: Reader) -> None:
     """Replace each axis with labels by the list of its values, and record the labels."""
     for path, written in list(reader.written_axes.items()):
-        if reader.varied_by[path] in _LABELLED_SECTIONS and _has_labels(written):
+        if reader.varied_by[path] in AXIS_SECTIONS and _has_labels(written):
             _replace_by_list(reader, path, written)
 
 

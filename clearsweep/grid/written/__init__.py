@@ -1,5 +1,6 @@
 """Reads written input: documents, overrides, tables, and expressions of defined quantities."""
 
+import contextlib
 import csv
 import os
 import re
@@ -130,7 +131,9 @@ def rows_of_xlsx(file: Path, sheet: int = 1) -> tuple[list[str], list[TableRow]]
             sheets = {int(match[1]): name for name in book.namelist() if (match := _SHEET_PATTERN.fullmatch(name))}
             if sheet not in sheets:
                 raise ValueError(f"has {len(sheets)} sheets; there is no sheet {sheet}")
-            shared = _shared_texts(book) if "xl/sharedStrings.xml" in book.namelist() else []
+            has_shared = "xl/sharedStrings.xml" in book.namelist()
+            items = _part(book, "xl/sharedStrings.xml").iterfind("{*}si") if has_shared else ()
+            shared = ["".join(text.text or "" for text in item.iterfind(".//{*}t")) for item in items]
             root = _part(book, sheets[sheet])
         rows = _rows_of_sheet(root, shared)
     except (zipfile.BadZipFile, ElementTree.ParseError, LookupError, NotImplementedError, RuntimeError) as error:
@@ -159,11 +162,6 @@ def _part(book: "zipfile.ZipFile", name: str) -> "ElementTree.Element":
     if book.getinfo(name).file_size > MAX_PART_BYTES:
         raise ValueError(f"its part {name} has more than {MAX_PART_BYTES:,} bytes")
     return ElementTree.fromstring(book.read(name))  # expat limits the expansion of entities
-
-
-def _shared_texts(book: "zipfile.ZipFile") -> list[str]:
-    items = _part(book, "xl/sharedStrings.xml").iterfind("{*}si")
-    return ["".join(text.text or "" for text in item.iterfind(".//{*}t")) for item in items]
 
 
 def _column(cell: "ElementTree.Element", default: int) -> int:
@@ -257,6 +255,22 @@ class WrittenValue:
         return self.value[key] if position is None else position
 
 
+class MistakeError(Exception):
+    """A mistake in a document with its place; without a sentence if it is reported for another value."""
+
+    def __init__(self, written: WrittenValue, path: str, sentence: str = ""):
+        super().__init__(sentence)
+        self.written, self.path = written, path
+
+
+def placed(written: WrittenValue, path: str, read: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a call returns; its InputError becomes the mistake of the value at dotted `path`."""
+    try:
+        return read(*arguments)
+    except InputError as error:
+        raise MistakeError(written, path, str(error)) from None
+
+
 class Problems:
     """The mistakes in a document, each reported once, in the order of the file."""
 
@@ -281,6 +295,15 @@ class Problems:
         )
         message = f"{written.position_text}{'' if is_named else f'{path}: '}{sentence}"
         self._positions.setdefault(message, (written.line, written.column))
+
+    @contextlib.contextmanager
+    def reporting(self) -> Iterator[None]:
+        """In this context, a `MistakeError` is reported, and ends it."""
+        try:
+            yield
+        except MistakeError as mistake:
+            if str(mistake):
+                self.add(mistake.written, mistake.path, str(mistake))
 
     def check(self) -> None:
         """Raise an InputError with all mistakes, if there are any."""
@@ -490,6 +513,7 @@ def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str
     return "case"
 
 
+AXIS_SECTIONS = ("sweep", "zip", "cases")  # their entries are dotted path -> values, and may have labels
 SET_OPTION, SWEEP_OPTION = "--set", "--sweep"
 
 

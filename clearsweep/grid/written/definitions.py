@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ...language import expression, quantity
 from ...language.errors import InputError, quoted
-from . import EXTENDS, Problems, WrittenValue, read_document, written_of
+from . import AXIS_SECTIONS, EXTENDS, Problems, WrittenValue, read_document, written_of
 from .tables import is_table, read_cases
 
 DEFINE = "define"
@@ -27,7 +27,6 @@ MAX_LISTED = 6  # names of a circle in a message
 #: Sections whose numbers may vary.
 _CASE_SECTIONS = ("mechanism", "drive", "loads", "joints", "figures", "simulate", "save", "life", DEFINE)
 _TEXT_SECTIONS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
-_AXIS_SECTIONS = ("sweep", "zip", "cases")
 _NAMED_SECTIONS = ("figures", "limits", "roles", "uncertain")  # their keys are names or paths of the grid
 _OVER, _SEARCHED = "over", ("largest", "smallest")  # keys of other sections: with entries by path, or with paths
 
@@ -309,9 +308,11 @@ def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problem
         entry = written[name]
         text = expression_of(entry.value) if is_expression(entry.value) else ""
         try:
-            values[name], units[name] = (
-                _value_and_unit(text, definitions) if text else _quantity_of_definition(entry.value)
-            )
+            if text:
+                units[name] = expression.unit_of_defined(text, units)
+                values[name] = expression.exact_value(text, values)
+            else:
+                values[name], units[name] = _quantity_of_definition(entry.value)
             expression_by_name[name] = text
         except InputError as error:
             if name not in invalid and not names_by_name[name] & invalid:  # what is wrong there is said there
@@ -320,7 +321,9 @@ def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problem
 
     for names in _evaluation_order(names_by_name):
         if isinstance(names, list):
-            problems.add(written[names[0]], DEFINE_PREFIX + names[0], f"depends on itself: {_circle_text(names)}")
+            listed = names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]]
+            message = f"depends on itself: {' -> '.join([*listed, names[0]])}; break the circle"
+            problems.add(written[names[0]], DEFINE_PREFIX + names[0], message)
             invalid.update(names)
         else:
             evaluate(names)
@@ -349,12 +352,6 @@ def _evaluation_order(names_by_name: Mapping[str, frozenset[str]]) -> Iterator[s
                 pending[other] = iter(sorted(names_by_name[other]))
 
 
-def _circle_text(names: list[str]) -> str:
-    """Return a circle of names in words."""
-    listed = names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]]
-    return f"{' -> '.join([*listed, names[0]])}; break the circle"
-
-
 def _names_in_value(entry: WrittenValue) -> set[str]:
     """Return the names in a written value; empty if it is not a valid expression."""
     return _names_in_text(expression_of(entry.value)) if is_expression(entry.value) else set()
@@ -366,12 +363,6 @@ def _names_in_text(text: str) -> set[str]:
         return expression.names_in(text, expression.DEFINED)
     except InputError:
         return set()
-
-
-def _value_and_unit(text: str, definitions: Definitions) -> tuple[Fraction, str]:
-    """Return value (SI) and unit of an expression of known names."""
-    unit = expression.unit_of_defined(text, definitions.units)
-    return expression.exact_value(text, definitions.values), unit
 
 
 def _quantity_of_definition(value: Any) -> tuple[Fraction, str]:
@@ -391,11 +382,12 @@ def _quantity_text(value: Fraction, unit: str) -> str:
 
 def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, WrittenValue]]:
     """Yield the dotted paths that a document varies, each with its position in the document."""
-    for section_name in _AXIS_SECTIONS:
+    for section_name in AXIS_SECTIONS:
         section = sections.get(section_name)
         if section is not None and section_name == "cases" and is_table(section):
-            table = read_cases(Problems(), section)
-            section = table and table.columns
+            silent, table, section = Problems(), section, None
+            with silent.reporting():
+                section = read_cases(silent, table).columns
         if section is not None and isinstance(section.value, dict):
             yield from ((path, section.key_position(path)) for path in section.value)
     for section_name, section in sections.items():

@@ -14,8 +14,10 @@ from ...language import np, quantity
 from ...language.errors import InputError, did_you_mean, mistake_of, quoted
 from ...language.wording import count_text
 from . import (
+    AXIS_SECTIONS,
     KNOWN_FILES_TEXT,
     READERS,
+    MistakeError,
     Problems,
     TableRow,
     WrittenValue,
@@ -30,7 +32,6 @@ from . import (
 
 DAMPING, RATIO = "damping", "damping_ratio"
 _DAMPING_PATH = re.compile(rf"(mechanism\.mounts\.[^.]+)\.{DAMPING}((?:\.[01])?)")
-_AXIS_SECTIONS = ("sweep", "zip", "cases")
 
 
 def with_damping_ratios(root: WrittenValue, problems: Problems) -> WrittenValue:
@@ -53,7 +54,7 @@ def with_damping_ratios(root: WrittenValue, problems: Problems) -> WrittenValue:
         return RATIO
 
     root = _changed(root, ("mechanism", "mounts"), renamed_key)
-    for section in _AXIS_SECTIONS:
+    for section in AXIS_SECTIONS:
         root = _changed(root, (section,), renamed_axis, depth=0)
     return root
 
@@ -118,54 +119,44 @@ def is_table(section: WrittenValue) -> bool:
     return isinstance(section.value, str) or (isinstance(section.value, dict) and "table" in section.value)
 
 
-class _Keys(NamedTuple):
-    """The keys of a table of cases as written."""
-
-    table: WrittenValue
-    sheet: WrittenValue | None
-    columns: WrittenValue | None
-    label: WrittenValue | None
+_CASES_KEYS = ("table", "sheet", "columns", "label")
 
 
-def read_cases(problems: Problems, section: WrittenValue) -> CasesTable | None:
-    """Return the columns of the table that `cases` names, or None if it is invalid.
+def read_cases(problems: Problems, section: WrittenValue) -> CasesTable:
+    """Return the columns of the table that `cases` names; MistakeError if it is invalid.
 
     section : the name of a file next to the grid, or {table, sheet, columns: {header: path [unit]}, label}
     Every value has its file, row (1 is the header; a Parquet file has none, so its first case is row 1) and column.
     """
     keys = _checked_keys(problems, section)
-    sheet = [int(keys.sheet.value)] if keys and keys.sheet else []
-    content = keys and _rows_of_file(problems, "cases", keys.table, _MAX_CASES_BYTES, KNOWN_FILES_TEXT, *sheet)
-    if keys is None or content is None:
-        return None
-    file, headers, rows = content
+    sheet = [int(keys["sheet"].value)] if "sheet" in keys else []
+    file, headers, rows = _rows_of_file("cases", keys["table"], _MAX_CASES_BYTES, KNOWN_FILES_TEXT, *sheet)
     if not rows or len(rows) > _MAX_CASES:
-        problems.add(keys.table, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
-        return None
-    names = [header.strip() for header in headers]
-    paths = {name: entry.value for name, entry in keys.columns.value.items()} if keys.columns else {}
-    wanted = [(name, keys.columns.key_position(name)) for name in paths if keys.columns]
-    wanted += [(keys.label.value, keys.label)] if keys.label else []
+        raise MistakeError(keys["table"], "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
+    names, columns, label = [header.strip() for header in headers], keys.get("columns"), keys.get("label")
+    paths = {name: entry.value for name, entry in columns.value.items()} if columns else {}
+    wanted = [(name, columns.key_position(name)) for name in paths if columns]
+    wanted += [(label.value, label)] if label else []
     known = {*names, *(split_header(name)[0] for name in names)}
     missing = [(name, position) for name, position in wanted if name not in known]
     for name, position in missing:
         hint = did_you_mean(name, names) or f" (found: {', '.join(names)})"
         problems.add(position, "cases", f"{file} has no column '{name}'{hint}")
     if missing:
-        return None
-    label = keys.label.value if keys.label else None
-    return _case_columns(problems, file, [_mapped(name, paths) for name in names], rows, label)
+        raise MistakeError(section, "cases")
+    headers = [_mapped(name, paths) for name in names]
+    return _case_columns(problems, file, headers, rows, label.value if label else None)
 
 
-def _checked_keys(problems: Problems, section: WrittenValue) -> _Keys | None:
-    """Return the keys of a table of cases, or None if one is invalid."""
+def _checked_keys(problems: Problems, section: WrittenValue) -> dict[str, WrittenValue]:
+    """Return the keys of a table of cases; MistakeError if one is invalid."""
     keys = section.value if isinstance(section.value, dict) else {"table": section}
     count = len(problems)
     for key in keys:
-        if key not in _Keys._fields:
-            message = f"unknown key '{key}'{did_you_mean(key, _Keys._fields)} (allowed: {', '.join(_Keys._fields)})"
+        if key not in _CASES_KEYS:
+            message = f"unknown key '{key}'{did_you_mean(key, _CASES_KEYS)} (allowed: {', '.join(_CASES_KEYS)})"
             problems.add(section.key_position(key), f"cases.{key}", message)
-    table, sheet, columns, label = (keys.get(key) for key in _Keys._fields)
+    table, sheet, columns, label = (keys.get(key) for key in _CASES_KEYS)
     assert table is not None  # `is_table`
     if sheet and (not str(sheet.value).isdigit() or str(sheet.value) == "0"):
         problems.add(sheet, "cases.sheet", f"found {quoted(sheet.value)}; expected the number of a sheet, 1 or more")
@@ -177,35 +168,35 @@ def _checked_keys(problems: Problems, section: WrittenValue) -> _Keys | None:
         problems.add(label, "cases.label", f"found {quoted(label.value)}; expected the header of a column")
     if not isinstance(table.value, str):
         problems.add(table, "cases.table", f"found {quoted(table.value)}; expected the name of {KNOWN_FILES_TEXT}")
-    return _Keys(table, sheet, columns, label) if len(problems) == count else None
+    if len(problems) > count:
+        raise MistakeError(section, "cases")
+    return keys
 
 
 def _rows_of_file(
-    problems: Problems, path: str, written: WrittenValue, most_bytes: int, kinds: str, *sheet: int
-) -> tuple[str, list[str], list[TableRow]] | None:
+    path: str, written: WrittenValue, most_bytes: int, kinds: str, *sheet: int
+) -> tuple[str, list[str], list[TableRow]]:
     """Return the name of a file, its headers and its rows, each with a cell for every header.
 
-    Return None, with a problem, if it cannot be read, or is of none of these kinds.
+    Raises MistakeError if it cannot be read, or is of none of these kinds.
     """
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
     suffix = file.suffix.lower()
     if suffix not in READERS or (suffix == ".parquet" and suffix not in kinds):
-        problems.add(written, path, f"found '{written.value}'; expected the name of {kinds}")
-        return None
+        raise MistakeError(written, path, f"found '{written.value}'; expected the name of {kinds}")
     try:
         check_regular_file(file, most_bytes)
         headers, rows = READERS[suffix](file, *(sheet if suffix == ".xlsx" else ()))
     except FileNotFoundError:
-        problems.add(written, path, f"there is no file {file}; the name is relative to the grid's directory")
-        return None
+        message = f"there is no file {file}; the name is relative to the grid's directory"
+        raise MistakeError(written, path, message) from None
     except (OSError, ValueError, csv.Error) as error:  # pyarrow's errors are ValueErrors
-        problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
-        return None
+        message = f"{file} cannot be read: {getattr(error, 'strerror', None) or error}"
+        raise MistakeError(written, path, message) from None
     for line, cells in rows:
         if len(cells) != len(headers):
             message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
-            problems.add(WrittenValue(None, str(file), line, 1), path, message)
-            return None
+            raise MistakeError(WrittenValue(None, str(file), line, 1), path, message)
     return str(file), headers, rows
 
 
@@ -220,12 +211,12 @@ def _mapped(header: str, paths: Mapping[str, str]) -> str:
 
 def _case_columns(
     problems: Problems, origin: str, headers: list[str], rows: list[TableRow], label: str | None
-) -> CasesTable | None:
-    """Return the columns of a table, or None if a header is invalid; label : the header of the column of labels."""
+) -> CasesTable:
+    """Return the columns of a table; MistakeError if a header is invalid; label : header of the column of labels."""
     columns: dict[str, WrittenValue] = {}
     positions: dict[str, WrittenValue] = {}
     labels: dict[str, list[str]] = {}
-    is_valid = True
+    problems_before = len(problems)
     for index, header in enumerate(headers):
         header_position = WrittenValue(None, origin, 1, index + 1)
         path, unit = split_header(header)
@@ -241,7 +232,6 @@ def _case_columns(
             )
             message = f"column {index + 1}: '{header}' {invalid}, such as drive.speed [rpm]"
             problems.add(header_position, "cases", message)
-            is_valid = False
         values = [
             WrittenValue(
                 f"{cell} {unit}" if unit and cell not in ("", None) else None if cell == "" else cell,
@@ -252,7 +242,9 @@ def _case_columns(
             for line, cell in cells
         ]
         columns[path], positions[path] = WrittenValue(values, origin, 1, index + 1), header_position
-    return CasesTable(WrittenValue(columns, origin, 1, 1, positions), labels) if is_valid else None
+    if len(problems) > problems_before:
+        raise MistakeError(WrittenValue(None, origin), "cases")
+    return CasesTable(WrittenValue(columns, origin, 1, 1, positions), labels)
 
 
 def _is_label(name: str, unit: str, cells: list[tuple[int, Any]]) -> bool:
@@ -274,55 +266,39 @@ _PERIODS = {"crank_angle": ((2.0 * math.pi, 4.0 * math.pi), "360 or 720 deg"), "
 ColumnValues = dict[str, list[float]]  # column -> values in SI
 
 
-def read_table(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> ColumnValues | None:
-    """Return the table at the key `path`; None, with problems, if it is invalid."""
-    if isinstance(written.value, dict):
-        table = dict(written.value.items())
-        positions = written.keys
-    elif isinstance(written.value, str):
+def read_table(problems: Problems, path: str, written: WrittenValue, columns: Columns) -> ColumnValues:
+    """Return the table at the key `path`; MistakeError if it is invalid."""
+    table = written
+    if isinstance(written.value, str):
         if path.rpartition(".")[0] in problems.unread:  # an expression, which is reported already
-            return None
-        content = _columns_of_csv(problems, path, written)
-        if content is None:
-            return None
-        table, positions = content
-    else:
+            raise MistakeError(written, path)
+        table = _columns_of_csv(path, written)
+    elif not isinstance(written.value, dict):
         example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
         message = f"found {quoted(written.value)}; expected the name of a .csv file, or columns: {example}"
-        problems.add(written, path, message)
-        return None
+        raise MistakeError(written, path, message)
     problems_before = len(problems)
-    values = _read_columns(
-        problems, path, WrittenValue(table, written.origin, written.line, written.column, positions), columns
-    )
-    return (
-        values
-        if len(problems) == problems_before and _check_table(problems, path, written, table, values, columns)
-        else None
-    )
+    values = _read_columns(problems, path, table, columns)
+    if len(problems) > problems_before:
+        raise MistakeError(written, path)
+    _check_table(path, written, table.value, values, columns)
+    return values
 
 
-def _columns_of_csv(
-    problems: Problems, path: str, written: WrittenValue
-) -> tuple[dict[str, WrittenValue], dict[str, WrittenValue]] | None:
-    """Return the columns of a CSV file by header, and the positions of the headers."""
-    content = _rows_of_file(problems, path, written, _MAX_TABLE_BYTES, "a .csv or .xlsx file")
-    if content is None:
-        return None
-    file, headers, rows = content
+def _columns_of_csv(path: str, written: WrittenValue) -> WrittenValue:
+    """Return the columns of a CSV file by header."""
+    file, headers, rows = _rows_of_file(path, written, _MAX_TABLE_BYTES, "a .csv or .xlsx file")
     if len(rows) < 2:
         message = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
-        problems.add(WrittenValue(None, file, 1, 1), path, message)
-        return None
+        raise MistakeError(WrittenValue(None, file, 1, 1), path, message)
     table, positions = {}, {}
     for column, header in enumerate(headers, start=1):
         position = WrittenValue(None, file, 1, column)
         if header.strip() in table:
-            problems.add(position, path, f"the column '{header.strip()}' occurs twice; keep one of them")
-            return None
+            raise MistakeError(position, path, f"the column '{header.strip()}' occurs twice; keep one of them")
         cells = [WrittenValue(row[column - 1].strip(), file, line, column) for line, row in rows]
         table[header.strip()], positions[header.strip()] = WrittenValue(cells, file, 1, column), position
-    return table, positions
+    return WrittenValue(table, written.origin, written.line, written.column, positions)
 
 
 def _read_columns(problems: Problems, path: str, table: WrittenValue, columns: Columns) -> dict[str, list[float]]:
@@ -361,10 +337,8 @@ def _read_cell(problems: Problems, path: str, cell: WrittenValue, unit: str, fie
     return value
 
 
-def _check_table(
-    problems: Problems, path: str, written: WrittenValue, table: dict, values: ColumnValues, columns: Columns
-) -> bool:
-    """Return whether a table is complete and increasing; report mistakes."""
+def _check_table(path: str, written: WrittenValue, table: dict, values: ColumnValues, columns: Columns) -> None:
+    """Raise MistakeError if a table is not complete and increasing."""
     abscissae = [field.name for field in columns.over if field.name in values]
     message = ""
     if len(abscissae) != 1:
@@ -377,50 +351,42 @@ def _check_table(
         lengths = ", ".join(f"{name} {len(column)}" for name, column in values.items())
         message = f"has columns of {lengths} values; expected equally many, at least 2"
     if message:
-        problems.add(written, path, message)
-        return False
+        raise MistakeError(written, path, message)
     knots = values[abscissae[0]]
     cells = next(cells for header, cells in table.items() if split_header(header)[0] == abscissae[0]).value
     for index in range(1, len(knots)):
+        found_text = f"{abscissae[0]}: found {cells[index].value} after {cells[index - 1].value}"
         if not knots[index] > knots[index - 1]:
-            found_text = f"found {cells[index].value} after {cells[index - 1].value}"
-            problems.add(cells[index], path, f"{abscissae[0]}: {found_text}; it must increase from row to row")
-            return False
+            raise MistakeError(cells[index], path, f"{found_text}; it must increase from row to row")
         if knots[index] - knots[index - 1] < _MIN_RELATIVE_STEP * (knots[-1] - knots[0]):
-            found_text = f"found {cells[index].value} after {cells[index - 1].value}"
-            step_text = f"{abscissae[0]}: {found_text}, a step of less than {_MIN_RELATIVE_STEP:g} of the table's span"
-            problems.add(cells[index], path, f"{step_text}; remove one of the rows")
-            return False
+            step_text = f"{found_text}, a step of less than {_MIN_RELATIVE_STEP:g} of the table's span"
+            raise MistakeError(cells[index], path, f"{step_text}; remove one of the rows")
     for name in columns.nonzero:
         if not any(values[name]):
-            problems.add(written, path, f"{name}: is 0 in every row; at least one row needs another value")
-            return False
+            raise MistakeError(written, path, f"{name}: is 0 in every row; at least one row needs another value")
     if columns.from_zero and knots[0] != 0.0:
         message = f"{abscissae[0]}: starts at {cells[0].value}; the first row is the start of the run: write 0 there"
-        problems.add(cells[0], path, message)
-        return False
-    return abscissae[0] not in _PERIODS or _check_period(problems, path, cells[-1], values, abscissae[0])
+        raise MistakeError(cells[0], path, message)
+    if abscissae[0] in _PERIODS:
+        _check_period(path, cells[-1], values, abscissae[0])
 
 
-def _check_period(problems: Problems, path: str, last: WrittenValue, values: ColumnValues, over: str) -> bool:
-    """Return whether a table over the column `over` is periodic; report it if not."""
+def _check_period(path: str, last: WrittenValue, values: ColumnValues, over: str) -> None:
+    """Raise MistakeError if a table over the column `over` is not periodic."""
     span, (periods, text) = values[over][-1] - values[over][0], _PERIODS[over]
     if not any(math.isclose(span, period, rel_tol=1e-9) for period in periods):
         span_text = f"{math.degrees(span):.6g} deg" if over == "crank_angle" else f"{span:.6g}"
         message = (
             f"{over}: the table spans {span_text}; expected one period of {text}, whose last row repeats the first"
         )
-        problems.add(last, path, message)
-        return False
+        raise MistakeError(last, path, message)
     for name, column in values.items():
         largest = max(map(abs, column))
         if name != over and abs(column[-1] - column[0]) > 1e-9 * largest:
             place = over.replace("_", " ")
             message = f"{name}: the last row has the same {place} as the first, but another value; make both equal"
-            problems.add(last, path, message)
-            return False
+            raise MistakeError(last, path, message)
         column[-1] = column[0] if name != over else column[-1]
-    return True
 
 
 MAX_SIGNALS_BYTES = 512 * 2**20  # bytes of a file
