@@ -21,7 +21,7 @@ from ..remarks import remarks, yield_speeds
 from ..running.run import BENT_TOO_FAR, HISTORY_NOT_FINITE, ROUNDING, TIME_BUDGET, Run, onset_rates
 from ..running.vibration import vibration_figures
 from ..setup.scene import Scene, length_unit
-from ..setup.start import control_of, marks_reached, peak_spreads, repetition_of, start_turns
+from ..setup.start import control_of, marks_reached, peaks_of, repetition_of, spread_of, start_turns
 
 LEFT_BEARING = "left-bearing"
 NO_EVENT_RECORDS = np.empty(0, EVENT_DTYPE)
@@ -192,7 +192,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         integration_time=run.duration,
         duration=duration,
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
-        spreads=peak_spreads(scene, run.marks, revolutions, repetition),
+        spreads=tuple(spread_of(each, run.marks, repetition) for each in peaks_of(scene, run.marks, revolutions).T),
         repetition=repetition,
         sliding_distance=[
             scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints

@@ -53,8 +53,11 @@ def half_width(values: np.ndarray) -> float:
     correlation = lag_correlation(values)
     inflation = inflation_of(correlation + (1.0 + 3.0 * correlation) / count)
     standard_error = math.sqrt(sum_of_squares / (count * (count - 1)) * inflation)
-    skewness = abs(float(np.sum(deviations**3))) * math.sqrt(count) / sum_of_squares**1.5
-    return _longer_side(student_quantile(count - 1), skewness * math.sqrt(inflation / count)) * standard_error
+    skewness_of_values = abs(float(np.sum(deviations**3))) * math.sqrt(count) / sum_of_squares**1.5
+    skewness, end = skewness_of_values * math.sqrt(inflation / count), student_quantile(count - 1)
+    if skewness >= MIN_SKEWNESS:  # of the mean
+        end = 3.0 / skewness * (1.0 - math.cbrt(1.0 - skewness * (end + skewness / 6.0)))
+    return end * standard_error
 
 
 def student_quantile(freedom: int) -> float:
@@ -64,13 +67,6 @@ def student_quantile(freedom: int) -> float:
     from scipy.special import stdtrit
 
     return float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
-
-
-def _longer_side(quantile: float, skewness: float) -> float:
-    """Return the end of an interval on its longer side (standard errors); `skewness` : of the mean, not negative."""
-    if skewness < MIN_SKEWNESS:
-        return quantile
-    return 3.0 / skewness * (1.0 - math.cbrt(1.0 - skewness * (quantile + skewness / 6.0)))
 
 
 def _sum(totals: Totals | Summed, index: int | None, name: str) -> Any:

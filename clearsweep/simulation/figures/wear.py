@@ -29,16 +29,12 @@ def volume(window: Window, index: int) -> float:
     if isinstance(joint, Mesh):
         return worn_volume(joint, bearing, journal)
     law: Any = joint.wear  # mypy takes it for a tuple of anything
-    bin_area, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, _relative_bin_areas(joint)
+    bin_area, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, (1.0, 1.0)
+    if type(joint) in SPATIAL:
+        each: Any = joint  # arc lengths of a bin, relative to the bearing
+        on_bearing, on_journal = 1.0 / each.wear_rows, each.journal_half_length / (each.half_length * each.wear_rows)
     round_journal = joint.journal_radius * journal.sum() * on_journal
     return float(bin_area * (joint.bearing_radius * bearing.sum() * on_bearing + round_journal))
-
-
-def _relative_bin_areas(joint: Any) -> tuple[float, float]:
-    """Return the arc lengths of a bin on bearing and journal, relative to the bearing."""
-    if type(joint) in SPATIAL:
-        return 1.0 / joint.wear_rows, joint.journal_half_length / (joint.half_length * joint.wear_rows)
-    return 1.0, 1.0
 
 
 def narrow_arcs(window: Window, index: int) -> float:

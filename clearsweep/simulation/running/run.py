@@ -184,23 +184,15 @@ class Run:
         return offsets
 
     def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
-        """Return the status and events of an integration from the present state to the end in `control`."""
-        self.use_control(control)
-        self.run_to_end()
-        return self.status, self.log()
-
-    def run_to_end(self) -> None:
-        """Integrate to the end in one call."""
+        """Return the status and the events, (events, 5), from the present state to the end in `control`."""
+        self.work.control.numbers[:], self.work.stepper.begun, self.logs = control, 0.0, []
         is_paused = True
         while is_paused:
             begin = time.thread_time()
             loop.integrate(self.pinned)
             self.duration += time.thread_time() - begin
             is_paused = not self.has_ended(int(self.work.stepper.status))
-
-    def use_control(self, control: integration.Control) -> None:
-        """Use `control` from the present state on."""
-        self.work.control.numbers[:], self.work.stepper.begun, self.logs = control, 0.0, []
+        return self.status, np.concatenate(self.logs) if self.logs else NO_EVENTS
 
     def has_ended(self, status: int) -> bool:
         """Return whether the paused integration has ended; if not, prepare to resume it.
@@ -261,10 +253,6 @@ class Run:
             return False
         will_reach = math.isfinite(work.control.end) and self.expected_steps() > work.control.step_budget
         return self.status == integration.STEP_BUDGET or (self.status == integration.PAUSED and will_reach)
-
-    def log(self) -> np.ndarray:
-        """Return the events, (events, 5), since `control` was set."""
-        return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
     def conclude(self, log: np.ndarray) -> None:
         """Record all events and the work counts of the integration, and fail it if its histories are not finite."""
@@ -375,16 +363,10 @@ def integrate(scene: Scene, run: Run, end: float, observers: Sequence[Observer] 
     run.add_cost(perturbed_run)
 
 
-def prepare(run: Run, control: integration.Control) -> None:
-    """Start a run with `control` and its initial method."""
-    if control.method == integration.IMPLICIT and run.work.stepper.next_length == 0.0:
-        run.work.method.current = run.work.method.next = integration.IMPLICIT
-    run.use_control(control)
-
-
 def run_integration(run: Run, control: integration.Control, scene: Scene, observers: Sequence[Observer] = ()) -> None:
     """Integrate in one call, or with pauses if there are observers."""
-    prepare(run, control)
+    if control.method == integration.IMPLICIT and run.work.stepper.next_length == 0.0:
+        run.work.method.current = run.work.method.next = integration.IMPLICIT
     run.phase = phases.start(Revolutions(scene))
     try:
         if observers:

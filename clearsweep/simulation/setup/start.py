@@ -90,13 +90,8 @@ def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, requested - MARK_TOLERANCE)
 
 
-def peak_spreads(scene: Scene, marks: Marks, revolutions: Any, repetition: Repetition | None) -> tuple[Spread, ...]:
-    """Return the distribution of each joint's force peaks over the window's revolutions."""
-    return tuple([_spread(peaks, marks, repetition) for peaks in peaks_of(scene, marks, revolutions).T])
-
-
-def _spread(peaks: np.ndarray, marks: Marks, repetition: Repetition | None) -> Spread:
-    """Return the distribution of the peaks (N) of the window's revolutions.
+def spread_of(peaks: np.ndarray, marks: Marks, repetition: Repetition | None) -> Spread:
+    """Return the distribution of a joint's force peaks (N) over the window's revolutions.
 
     All later revolutions of a periodic motion have the peaks of its last periods, without those of the run-in.
     """
