@@ -339,10 +339,6 @@ class RunDirectory:
         """Return the names of the summaries of all committed batches."""
         return {path.name for path in batch_files_in(self.summaries)}
 
-    def committed_summary(self, batch: str) -> str | None:
-        """Return the name of the summary that `batch` committed, or None if it committed nothing."""
-        return next((path.name for path in self.summaries.glob(f"{batch}-*.parquet")), None)
-
     def rows(self) -> np.ndarray:
         """Return the location of each committed case (ROWS, ascending by id): its newest result, preferably 'ok'."""
         ids = np.concatenate([np.empty(0, "u8"), *(batch.ids for batch in self.batches)])

@@ -92,12 +92,6 @@ class Working:
             return None
 
 
-def read_workers(directory: Path) -> list[phases.Progress]:
-    """Return the progress of every worker of a run."""
-    workers = (Working(directory, batch).read() for batch in durable.find(directory / SCRATCH, durable.PROGRESS))
-    return [progress for progress in workers if progress]
-
-
 def case_text(progress: phases.Progress) -> str:
     """Return the progress of a case as 'case 2 of 4 (3a0ed69e): block 7, 31 um of 50 um, 2 min spent, ...'."""
     facts = progress.facts
@@ -307,7 +301,8 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         "holder": holder,
         "at_work": [
             {**each.facts, "what": each.what, "seconds": each.seconds, "left": each.left, "text": case_text(each)}
-            for each in (read_workers(directory) if holder else ())
+            for batch in (durable.find(run.scratch, durable.PROGRESS) if holder else ())
+            if (each := Working(directory, batch).read())
         ],
         **(blocks[0] if blocks else _count_cases(record, run, progress, working=holder is not None)),
         "doing": progress and progress.text,

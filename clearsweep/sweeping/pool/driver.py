@@ -346,7 +346,7 @@ class Driver:
 
     def _record_if_committed(self, batch: Batch) -> bool:
         """Record a batch if its worker committed it before it died; return whether it did."""
-        committed = self.directory.committed_summary(batch.name)
+        committed = next((path.name for path in self.directory.summaries.glob(f"{batch.name}-*.parquet")), None)
         if committed is None:
             return False
         failed = self.directory.read_batch(committed).failed
