@@ -68,11 +68,6 @@ class Serial:
     worker_count, is_remote = 1, False
     death_errors: tuple[type[Exception], ...] = ()
 
-    def __init__(
-        self, _worker_count: int = 1, _scheduler: str | None = None, _load: Callable[[], None] = no_preparation
-    ):
-        """Ignore the number of workers: it is 1."""
-
     def submit(self, function: Callable, *args: Any) -> Future:
         """Run `function(*args)` and return its outcome."""
         future: Future = Future()
@@ -270,4 +265,4 @@ def _local(worker_count: int, _scheduler: str | None, load: Callable[[], None]) 
     return Local(worker_count, load)
 
 
-EXECUTORS: dict[str, MakeExecutor] = {"local": _local, "serial": Serial, "dask": Dask}
+EXECUTORS: dict[str, MakeExecutor] = {"local": _local, "serial": lambda *_: Serial(), "dask": Dask}
