@@ -318,10 +318,12 @@ def onset_rates(run: Run) -> list[float]:
     work: Any = run.work  # mypy takes its parts for tuples of anything
     rates = [math.nan] * len(run.value.joints)
     for j, offsets in enumerate(run.offsets):
+        if not touches(work.mode.item(offsets.contact)):
+            continue
         law: Any = run.value.joints[j].law  # mypy takes it for a tuple of anything
         if law._field_defaults:  # it has an internal state
             law = with_current_state(law, work.end, work.latched, offsets)
-        if touches(work.mode.item(offsets.contact)) and needs_onset_rate(law):
+        if needs_onset_rate(law):
             rates[j] = work.latched.item(offsets.contact)
     return rates
 
