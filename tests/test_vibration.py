@@ -22,7 +22,7 @@ from clearsweep.mechanics.solver.signal_sums import BIN_MOMENTS, spectrum
 from clearsweep.report.blocks.section import draw_svg
 from clearsweep.report.sections.vibration import vibration_sections
 from clearsweep.report.study import prepare
-from clearsweep.simulation.machine.shaking import ideal_shaking, longest_stretch
+from clearsweep.simulation.machine.shaking import ideal_frame_force, ideal_shaking, longest_stretch
 from clearsweep.simulation.running.vibration import motion_of, signature
 from clearsweep.simulation.setup.scene import build
 from clearsweep.store.results import answer_of
@@ -142,6 +142,32 @@ def test_the_ideal_machine_shakes_its_frame_as_the_closed_form_does(figures):
     assert figures["slider_velocity_rms_ideal"] == pytest.approx(math.sqrt(0.5 * np.sum(slider**2)), rel=1e-10)
     frame = [math.sqrt(0.5 * np.sum((orders[k, 1:51] * response(rates, k)) ** 2)) for k in range(2)]
     assert figures["frame_velocity_rms_ideal"] == pytest.approx(max(frame), rel=1e-10)
+
+
+def inclined():
+    """Return the grid in a field of gravity that is not across the slide."""
+    grid = copy.deepcopy(GRID)
+    grid["mechanism"]["gravity"] = ["3 m/s^2", "-9.81 m/s^2"]
+    return grid
+
+
+def test_the_frame_carries_a_weight_along_the_slide_and_its_moment():
+    """The difference from gravity across the slide alone is the weight along it, at the centres of mass."""
+    angles = np.linspace(0.0, 2.0 * math.pi, 50)
+    total = sum(MASSES.values())
+    force = ideal_frame_force(load(inclined()).case(0), angles) - ideal_frame_force(load(GRID).case(0), angles)
+    assert force == pytest.approx(np.array([[3.0 * total], [0.0]]) * np.ones(50), abs=1e-10)
+
+
+@pytest.mark.slow  # a form of its own
+def test_the_impulse_of_a_machine_on_its_frame_is_its_weight_minus_its_gain_of_momentum():
+    scene = clearsweep.load_case(inclined())
+    times = np.linspace(0.05, 0.06, 4001)
+    channels = clearsweep.simulate(scene, times=times).channels
+    for axis, gravity, load_force in (("x", 3.0, PUSH), ("y", -9.81, 0.0)):
+        gain = sum(mass * float(np.diff(channels[f"{body}/v{axis}"][[0, -1]])[0]) for body, mass in MASSES.items())
+        impulse = (gravity * sum(MASSES.values()) + load_force) * 0.01 - gain
+        assert simpson(channels[f"frame/force_{axis}"], x=times) == pytest.approx(impulse, rel=1e-5)
 
 
 def test_the_ideal_velocity_of_a_crank_that_speeds_up_is_that_of_its_closed_form():

@@ -48,9 +48,8 @@ def refuse_sticking(reader: Reader, catalogue: Catalogue, reason: str) -> None:
 
 def check_machine(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
-    if reader.outline.inclined and (reader.outline.elastic or reader.outline.vibration):
-        other = "an elastic link" if reader.outline.elastic else "vibration"
-        message = f"is a list here, which {other} does not take; write a single value, which acts along -y"
+    if reader.outline.inclined and reader.outline.elastic and any(reader.values_of("mechanism.gravity.0")):
+        message = "acts along x, too, which an elastic link does not take; write a single value, which acts along -y"
         reader.report("mechanism.gravity", message)
     if reader.outline.bodies and "mechanism.bodies" in reader.keys_in_use:
         _check_bodies(reader)

@@ -515,6 +515,7 @@ def axes_of(place: Location, mechanism: Mechanism) -> int:
     return 1 if is_along_output(mechanism, PlaceOutline(place.name, body=place.body, is_whole=not place.point)) else 2
 
 
-def unreacted_loads(case: Case) -> tuple[int, ...]:
-    """Return the numbers of the loads that the frame does not react."""
-    return tuple(i for i, load in enumerate(case.loads) if load.values.get("reacted") is False)
+def unreacted_loads(case: Case, machine: Machine) -> tuple[int, ...]:
+    """Return the numbers of the loads of a case's machine that its frame does not react, weights along x among them."""
+    named = [i for i, load in enumerate(case.loads) if load.values.get("reacted") is False]
+    return (*named, *range(len(case.loads), len(machine.loads)))

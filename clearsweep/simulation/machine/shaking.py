@@ -109,7 +109,7 @@ def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
         body, axes = bodies[place.body], axes_of(place, mechanism)
         arm = tuple(np.subtract(point_of(place, body), body.center).tolist())
         spots.append(_Spot(place.name.replace("-", "_"), place.body, arm, axes))
-    unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
+    unreacted = tuple(machine.loads[i].name for i in unreacted_loads(case, machine))
     return _ideal_shaking(
         machine,
         turn_range,
@@ -136,7 +136,7 @@ def shaking_of(case: Case, mechanism: Mechanism, built: Built) -> Shaking:
         arm = np.subtract(point_of(place, body), body.center).tolist()
         compiled_number = form.reported[number] if mechanism.spatial else planar.as_empty_tuples(1 + number)
         places.append(CompiledPlace(compiled_number, *arm))
-    unreacted = tuple(map(planar.as_empty_tuples, unreacted_loads(case)))
+    unreacted = tuple(map(planar.as_empty_tuples, unreacted_loads(case, machine)))
     return Shaking(tuple(places), unreacted, *point_of_moment(case.vibration.frame, machine))
 
 
@@ -144,7 +144,7 @@ def ideal_frame_force(case: Case, angles: np.ndarray) -> np.ndarray:
     """Return the force x, y (2, N) N on the frame without clearance at crank angles (N,) rad from the start on."""
     machine = machine_of(mechanism_of(case), case)
     assert machine is not None
-    unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
+    unreacted = tuple(machine.loads[i].name for i in unreacted_loads(case, machine))
     force: np.ndarray = _Shaking(machine, (0.0, 0.0), unreacted, over_time=False).at(angles, ())[0][:2]
     return force
 
