@@ -126,3 +126,18 @@ def test_a_notebook_shows_the_range_of_every_column_of_a_run(tmp_path):
     assert shown.keys() == {*run.summary.select_dtypes("number").columns}
     forces = run.summary["rod_slider_force_peak"]
     assert shown["rod_slider_force_peak"][2] == wording.quantity_text(forces.max(), "N")
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "message"),
+    [
+        (lambda: made_up()[3], KeyError, "no channel '3'; there are t, joints/rod_slider/x"),
+        (lambda: clearsweep.load_case(PAIR, [1]), InputError, "overrides: found a list; expected dotted paths"),
+        (lambda: clearsweep.load_case(PAIR, {3: 1}), InputError, "overrides: found a section; expected dotted paths"),
+        (lambda: clearsweep.sweep(PAIR, "x", jobs="two"), InputError, "jobs: found 'two'; expected a whole number"),
+        (lambda: clearsweep.open(__file__), clearsweep.DirectoryError, r"contains no run \(it is a file\)"),
+    ],
+)
+def test_a_wrong_argument_is_named(call, error, message):
+    with pytest.raises(error, match=message):
+        call()

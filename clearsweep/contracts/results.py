@@ -109,6 +109,7 @@ class Trajectory:
         """Return the time history called `name`; a KeyError names the available ones."""
         if name in self.poincare:
             return self.poincare[name]
+        name = str(name)
         if name.removeprefix(HISTORY) in self.history:
             return self.history[name.removeprefix(HISTORY)]
         if name not in self.channels:

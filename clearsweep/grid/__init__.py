@@ -62,6 +62,12 @@ def load(
         raise InputError(
             f"{root.position_text}found {quoted(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
+    if overrides is not None and not (
+        isinstance(overrides, Mapping) and all(isinstance(path, str) for path in overrides)
+    ):
+        raise InputError(
+            f"overrides: found {quoted(overrides)}; expected dotted paths and values, such as {{'drive.speed': '80 Hz'}}"
+        )
     root = apply_overrides(extended(root, problems), overridden, problems)
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)

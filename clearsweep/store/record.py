@@ -375,6 +375,7 @@ def read_record(directory: Path) -> dict[str, Any]:
         checksum = record_checksum(record) if isinstance(record, dict) else None
     except (FileNotFoundError, NotADirectoryError):
         reason = "there is no run.json in it" if Path(directory).is_dir() else "there is no directory of this name"
+        reason = "it is a file" if Path(directory).is_file() else reason
         raise DirectoryError(
             f"{directory}: contains no run ({reason}); give a directory that `clearsweep run` has written"
         ) from None

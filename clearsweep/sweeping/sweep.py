@@ -356,8 +356,8 @@ def check(options: Options) -> None:
     names = (*executors.EXECUTORS, executors.NODES)
     if executor not in names:
         raise InputError(f"executor: found {executor!r}; expected one of {', '.join(names)}")
-    if jobs is not None and jobs < 1:
-        raise InputError(f"jobs: found {jobs}; expected a whole number of at least 1")
+    if jobs is not None and not (isinstance(jobs, int) and jobs >= 1):
+        raise InputError(f"jobs: found {jobs!r}; expected a whole number of at least 1")
     if case_timeout is not None and not 0.0 < case_timeout <= LONGEST_TIMEOUT:
         raise InputError(
             f"case timeout: found {case_timeout:g} s; expected more than 0 s and at most {LONGEST_TIMEOUT:g} s; leave "
