@@ -66,7 +66,7 @@ def load(
         isinstance(overrides, Mapping) and all(isinstance(path, str) for path in overrides)
     ):
         raise InputError(
-            f"overrides: found {quoted(overrides)}; expected dotted paths and values, such as {{'drive.speed': '80 Hz'}}"
+            f"overrides: found {quoted(overrides)}; expected dotted paths and values, {{'drive.speed': '80 Hz'}}"
         )
     root = apply_overrides(extended(root, problems), overridden, problems)
     for path, value in (overrides or {}).items():
