@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.study import prepare
 from clearsweep.simulation.machine.ideal import size_warnings
 from clearsweep.simulation.setup import scene
+from clearsweep.verify import check
 from clearsweep.verify.stability import acceleration_at_stops, reduced_machine_mass
 
 TRUTH = json.loads(Path(__file__).with_name("one_sided_play.json").read_text())
@@ -577,6 +579,22 @@ def test_the_way_between_stops_is_no_clearance():
     assert not size_warnings(clearsweep.load_case(flap()).case)
     (text,) = size_warnings(clearsweep.load_case(changed(gear(), {"joints.mesh.backlash": 60e-3})).case)
     assert "joints.mesh.backlash is 60 mm" in text
+
+
+@pytest.mark.slow
+def test_the_first_onset_of_a_run_shorter_than_a_turn_is_found_by_every_method():
+    tree = flap()
+    tree |= {"drive": {"speed": 6.0}, "simulate": {"time": 0.1, "discard": 0.0, "tolerance": 1e-8}}
+    result = check.try_variant(tree, (), time.monotonic() + 60.0)
+    assert (result["status"], result["why"]) == ("ok", "")
+
+
+@pytest.mark.slow
+def test_the_torque_of_a_stop_is_not_compared_with_the_force_of_its_pin():
+    summary = clearsweep.simulate(clearsweep.load_case(changed(flap(), {"mechanism.gravity": 9.81})), []).summary
+    assert summary["bearing_force_peak"] > 0.0
+    assert summary["bearing_force_peak_ideal"] is None
+    assert summary["bearing_force_peak_ratio"] is None
 
 
 def test_the_load_on_a_stop_is_what_the_spring_presses_with():

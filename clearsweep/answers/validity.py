@@ -172,7 +172,7 @@ _REMARK_TEXTS = {
     FREE_BUSH: "A warm bearing expands freely, as no bush in a housing does",
     COARSE_LINK: "An elastic link has too few segments for its impacts",
     BALL_STIFFNESS: "The stiffness from the material is that of a ball in a socket",
-    FEEDBACK: "The motion of the frame does not act back on the mechanism",
+    FEEDBACK: "The frame moves as one mass on its mount",
     FILM_UNCERTAIN: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
     IMBALANCE: "The energy residual is larger than the tolerance explains",
     ERROR_CHECK_FAILED: "The error check failed",

@@ -51,7 +51,7 @@ class Advice(NamedTuple):
 def advice(case: Case) -> list[Advice]:
     """Return, for each joint of a case, the laws that suit it."""
     peaks = ideal_peaks(case)
-    return [advice_for_joint(joint, peaks.get(joint.name)) for joint in case.joints]
+    return [advice_for_joint(joint, peaks.get(joint.name_in_machine)) for joint in case.joints]
 
 
 def laws_text(name: str | None = None) -> str:

@@ -163,7 +163,8 @@ def _onset_difference(case_scene: scene.Scene, first_onset: float | None) -> str
     period, onsets = 2.0 * math.pi / case_scene.value.reference_rate, []
     settings: dict[str, Any] = {"step_budget": STEP_BUDGET}
     if case_scene.mechanism.turns:
-        settings["revolutions"] = min(BEYOND_ONSET * first_onset / period + 0.01, STABILITY_REVOLUTIONS)
+        length = case_scene.case.simulate.period or period  # of a cycle, or of a run over a time
+        settings["revolutions"] = min(BEYOND_ONSET * first_onset / length + 0.01, STABILITY_REVOLUTIONS)
     for method in ("explicit", "implicit"):
         path = simulate(case_scene.with_settings(method=method, **settings), times=np.zeros(1))
         events = path.events[path.events["kind"] == "on"]

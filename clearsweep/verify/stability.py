@@ -294,7 +294,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
         else:
             mass = _reduced_mass(case_scene.case, joint_layout.name)
         energies.append(_damped_energy(mass, rate, factor))
-        load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name, 0.0)  # N
+        load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name_in_machine, 0.0)  # N
         load += LOAD_FACTOR * mass * acceleration_at_stops(case_scene, case_joint, joint) if case_joint.stops else 0.0
         load += mass * _largest_curvature(trajectory, joint_layout, joint.clearance)
         loads.append(load * (1.0 + getattr(joint.friction, "coefficient", 0.0)))

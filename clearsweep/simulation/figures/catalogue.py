@@ -117,7 +117,7 @@ JOINT = (
         tables=shown("corner force rms", forces=26, if_any=True),
     ),
     of_joint(
-        "impacts_per_rev [1]: contact onsets in the window per revolution; their number where nothing turns",
+        "impacts_per_rev [1]: contact onsets in the window per revolution or cycle; their number where nothing turns",
         sums=PerRevolution("onsets"),
         tables=shown("impacts{per_rev}", forces=6, sample=4) + shown("impacts{per_revolution}", case=6),
     ),
@@ -187,7 +187,7 @@ JOINT = (
         differs=False,
     ),
     of_joint(
-        "force_peak_ideal [N]: largest reaction of the same joint in the ideal mechanism",
+        "force_peak_ideal [N]: largest reaction of the same joint in the ideal mechanism; null: no stop touches there",
         needs=("turns",),
         value=ideal_peak,
         differs=False,

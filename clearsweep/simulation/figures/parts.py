@@ -38,8 +38,8 @@ def torque_peak_ideal(window: Window, index: int) -> float | None:
 of_flanks = partial(figure, of="joint", needs=("flanked",))
 FLANKED = (
     of_flanks(
-        "impacts_per_cycle [1]: contact onsets on both flanks in the window per cycle; per revolution where no cycle "
-        "is given",
+        "impacts_per_cycle [1]: contact onsets on both flanks in the window per revolution, or per cycle; a run over "
+        "a time is one cycle",
         needs=("flanked", "turns"),
         sums=PerRevolution("onsets"),
         tables=shown("impacts per cycle", forces=27, if_any=True),

@@ -20,7 +20,7 @@ of_turns = partial(of_joint, needs=("turns",))
 
 def ideal_peak(window: Window, index: int) -> float | None:
     """Return the largest reaction (N) of the ideal mechanism."""
-    return window.ideal.get(window.case.joints[index].name)
+    return window.ideal.get(window.case.joints[index].name_in_machine)
 
 
 def load_peak(window: Window, index: int) -> float:
@@ -91,7 +91,7 @@ PEAKS = (
         tables=shown("load peak", forces=3, sample=3, case=3),
     ),
     of_turns(
-        "force_peak_ratio [1]: load_peak over force_peak_ideal, both resultants; null: the latter is zero",
+        "force_peak_ratio [1]: load_peak over force_peak_ideal, both resultants; null: the latter is zero or null",
         value=peak_ratio,
         tables=shown("load / ideal", forces=5, sample=3, case=4),
     ),
