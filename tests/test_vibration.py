@@ -160,7 +160,7 @@ def test_the_frame_carries_a_weight_along_the_slide_and_its_moment():
 
 
 @pytest.mark.slow  # a form of its own
-def test_the_impulse_of_a_machine_on_its_frame_is_its_weight_minus_its_gain_of_momentum():
+def test_the_impulse_on_the_frame_is_weight_and_loads_minus_the_gain_of_momentum():
     scene = clearsweep.load_case(inclined())
     times = np.linspace(0.05, 0.06, 4001)
     channels = clearsweep.simulate(scene, times=times).channels
