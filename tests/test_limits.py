@@ -267,6 +267,7 @@ def test_margins_beyond_a_bound_are_multiples_of_it_and_never_negative():
     force, film = Limit("force", "at_most", 5.0), Limit("film", "at_least", 2.0)
     below = Limit("force", "at_most", -1.0)
     assert margin_text(1.0 - 31.4, (force,)) == "31 times the limit"
+    assert margin_text(1.0 - 31.4, (force, Limit("dry", "at_most", 0.0))) == "31 times the limit"  # 0 has no margin
     assert margin_text(-1e-4, (force,)) == "1.0001 times the limit"
     assert margin_text(0.32, (force,)) == "margin 32\u00a0%"
     assert margin_text(-0.75, (film,)) == "0.25 times the limit"

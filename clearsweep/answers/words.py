@@ -159,8 +159,8 @@ def margin_text(margin: float, limits: Sequence[Limit], name: str = "") -> str:
     if margin >= 0.0:
         return f"margin {wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%"
     of_name = f" of {name}" if name else ""
-    kinds = {limit.kind for limit in limits}
-    if len(kinds) == 1 and all(limit.value > 0.0 for limit in limits):
+    kinds = {limit.kind for limit in limits if limit.value}  # a limit of 0 has no margin
+    if len(kinds) == 1 and all(limit.value >= 0.0 for limit in limits):
         factor = 1.0 - margin if kinds == {"at_most"} else 1.0 + margin
         return f"{factor_text(factor)} times the limit{of_name}"
     excess = (
