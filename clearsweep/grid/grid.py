@@ -229,21 +229,13 @@ class Grid:
             yield from (cases.identity_number(self._identity_text(self.point(index))) for index in indices)
             return
         texts = cases.IdentityTexts(self._shape, {*self.axes, *self.defined.dependents})
-        if self.defined.dependents:  # for numbers that may depend on several axes
-            for point in map(self.point, indices):
-                yield cases.identity_number(
-                    self._pattern(cases.law_assignment_at(point)).identity_template
-                    % texts.texts_at({**point, **self.defined.values_at(point)})
-                )
-            return
-        for law_assignment, texts_by_path in cases.product_cases(
-            self._factors, self.axes, texts.texts_at, self._product_part(indices)
-        ):
+        # not for numbers that may depend on several axes
+        product = range(0) if self.defined.dependents else self._product_part(indices)
+        for law_assignment, texts_by_path in cases.product_cases(self._factors, self.axes, texts.texts_at, product):
             yield cases.identity_number(self._pattern(law_assignment).identity_template % texts_by_path)
-        for point in map(self.point, range(max(indices.start, self._product), indices.stop)):
-            yield cases.identity_number(
-                self._pattern(cases.law_assignment_at(point)).identity_template % texts.texts_at(point)
-            )
+        for point in map(self.point, range(indices.start + len(product), indices.stop)):
+            template = self._pattern(cases.law_assignment_at(point)).identity_template
+            yield cases.identity_number(template % texts.texts_at({**point, **self.defined.values_at(point)}))
 
     def law_assignments(self, indices: range | None = None) -> Iterator[cases.LawAssignment]:
         """Yield the swept law names of every case, or of those at `indices`, in order."""

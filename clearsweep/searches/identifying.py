@@ -171,6 +171,8 @@ class Observation(NamedTuple):
 
 def observe(identify: Any, history: Mapping[str, np.ndarray]) -> Observation:
     """Return the measurement, prepared for cases with the sampling of `history`."""
+    from scipy.linalg import block_diag
+
     span, angle = history["t"][-1] - history["t"][0], history["crank_angle"][-1] - history["crank_angle"][0]
     observations: list[ObservedSignal] = []
     for file in dict.fromkeys(signal.file for signal in identify.signals):
@@ -192,11 +194,7 @@ def observe(identify: Any, history: Mapping[str, np.ndarray]) -> Observation:
         values.append(feature_vector(statistics.features(), observed.orders, identify.features))
         covariances.append(_signal_covariance(statistics, observed, identify, new_labels))
         labels += new_labels
-    covariance = np.zeros((len(labels), len(labels)))
-    first = 0
-    for signal_covariance in covariances:
-        covariance[first : first + len(signal_covariance), first : first + len(signal_covariance)] = signal_covariance
-        first += len(signal_covariance)
+    covariance = block_diag(*covariances)
     return Observation(tuple(observations), tuple(labels), identify.features, np.concatenate(values), covariance)
 
 

@@ -3,7 +3,7 @@
 from itertools import pairwise
 
 from ...contracts.case import column_name
-from ...contracts.catalogue import GROUND, Catalogue, JointOutline, Law
+from ...contracts.catalogue import GROUND, Catalogue, JointOutline, Law, LoadOutline
 from ..keys import Section
 from ..sections import Reader
 
@@ -70,10 +70,7 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
         if load.form == "torsion" and ends[0] == ends[1] is not None:
             reader.report(f"{path}.between", f"joins {ends[0]} with itself; name two bodies", at=path)
         if load.form == "friction":
-            _check_friction_load(reader, path, load.on, load.given)
-            _check_sticking(
-                reader, f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks}
-            )
+            _check_friction_load(reader, catalogue, path, load)
     for site in reader.mechanism.joints:
         if site.kind == "spatial" and f"joints.{site.name}" in reader.keys_in_use:
             _check_flanges(reader, f"joints.{site.name}")
@@ -190,7 +187,7 @@ def _check_servo(reader: Reader) -> None:
     for key in ("integral", "torque_limit") if reader.is_given(path) else ():
         if not reader.is_given(f"drive.servo.{key}"):
             message = f"is the time in which the integral gives way at the limit; write {key}, too, or leave it out"
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
 
 
 def _check_drive(reader: Reader) -> None:
@@ -263,13 +260,13 @@ def _check_gears(reader: Reader) -> None:
         for path in (f"joints.{gear.name}.{key}" for key in followers):
             if reader.is_given(path) and not reader.is_given(f"mechanism.joints.{gear.name}.teeth"):
                 message = f"follows the teeth along their path of contact; write mechanism.joints.{gear.name}.teeth"
-                reader.problems.add(reader.position_of(path), path, message)
+                reader.report(path, message)
         if gear.type != "gear" or gear.name in reader.outline.clearances:
             continue
         for path in (f"mechanism.joints.{gear.name}.{wheel}_eccentricity" for wheel in ("first", "second")):
             if any(reader.values_of(path)):
                 message = f"a wheel out of centre needs teeth with play; write joints.{gear.name} with a backlash"
-                reader.problems.add(reader.position_of(path), path, message)
+                reader.report(path, message)
         carriers = [
             {
                 body
@@ -304,8 +301,17 @@ def _turns_on_pin(reader: Reader, body: str) -> bool:
     return on_pin and (through_play or by_spring)
 
 
-def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: str) -> None:
-    """Check that friction acts in a joint without clearance and, in a pin, has a radius or a couple."""
+def _check_friction_load(reader: Reader, catalogue: Catalogue, path: str, load: LoadOutline) -> None:
+    """Check that friction acts in a joint without clearance and, in a pin, has a radius or a couple.
+
+    It cannot stick if the friction of a clearance joint can, too.
+    """
+    joint, given_quantity = load.on, load.given
+    law, sticking = f"{path}.friction.law", {law.name for law in catalogue.of("friction") if law.sticks}
+    laws = {key: names for key, names in reader.names.items() if key.endswith(".friction.law") and names & sticking}
+    if law in laws and any(key.startswith("joints.") for key in laws):
+        message = "cannot stick, because a joint with clearance has a law that sticks, too; choose another"
+        reader.report(law, f"{message} law for one of them")
     site = next((site for site in reader.mechanism.joints if site.name == joint), None)
     if site is None:
         return
@@ -410,35 +416,20 @@ def _check_bending_link(reader: Reader, body: str, path: str, pins: list[str]) -
             reader.report(f"{path}.between.{k}", message, at=path)
 
 
-def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
-    """Check that no clearance joint uses sticking friction together with sticking friction of a load."""
-    joint_law_paths = (
-        law_path for law_path in reader.names if law_path.startswith("joints.") and law_path.endswith(".friction.law")
-    )
-    if reader.names.get(path, frozenset()) & sticking and any(
-        reader.names[law_path] & sticking for law_path in joint_law_paths
-    ):
-        message = (
-            "cannot stick, because a joint with clearance has a law that sticks, too; choose another "
-            "law for one of them"
-        )
-        reader.report(path, message)
-
-
 def _check_flanges(reader: Reader, joint: str) -> None:
     """Check that a journal fits between its flanges."""
-    journal_lengths, lengths = reader.values_of(f"{joint}.journal_length"), reader.values_of(f"{joint}.length")
-    axial_clearances = reader.values_of(f"{joint}.axial_clearance")
-    if not (journal_lengths and lengths and axial_clearances) or max(journal_lengths) < min(lengths) + 2.0 * min(
-        axial_clearances
-    ):
-        return
-    message = (
-        f"found {max(journal_lengths):.15g}; allowed: below {min(lengths) + 2.0 * min(axial_clearances):.15g}, the "
-        "length of the bearing "
-        "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
+    sizes = [reader.values_of(f"{joint}.{key}") for key in ("length", "axial_clearance", "journal_length")]
+    length, clearance, journal_length = (
+        min(sizes[0], default=0.0),
+        min(sizes[1], default=0.0),
+        max(sizes[2], default=0.0),
     )
-    reader.report(f"{joint}.journal_length", message)
+    if all(sizes) and journal_length >= length + 2.0 * clearance:
+        message = (
+            f"found {journal_length:.15g}; allowed: below {length + 2.0 * clearance:.15g}, the length of the bearing "
+            "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
+        )
+        reader.report(f"{joint}.journal_length", message)
 
 
 def _check_guides(reader: Reader) -> None:
@@ -471,8 +462,11 @@ def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
             reader.report(modulus, message, at=f"{joint}.film")
         if f"{joint}.contact" not in reader.keys_in_use and f"{joint}.contact" not in reader.unread_sections:
             _check_unused_contact_keys(reader, joint)
-    if films:
-        _check_film_conflicts(reader, films[0].removesuffix(".film"), catalogue)
+    for joint in [film.removesuffix(".film") for film in films[:1]]:
+        refuse_sticking(reader, catalogue, f"{joint} has a film")
+        if "seated" in reader.values_of("simulate.start"):
+            message = f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use"
+            reader.report("simulate.start", f"{message} centred")
 
 
 def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -520,24 +514,18 @@ def _check_temperature(reader: Reader, film: str) -> None:
                 reader.report(path, message)
         return
     check_below(reader, f"{viscosity}.at_100C", f"{viscosity}.at_40C", "oil thins as it warms up")
+    coldest, hottest = OIL_TEMPERATURES
     for path in (temperature, f"{balance}.ambient"):
-        _check_kelvin(reader, path)
+        outside = [value for value in reader.values_of(path) if not coldest <= value <= hottest]
+        for value in outside[:1]:  # perhaps a number in degC without its unit
+            meant = f"; did you mean {value:g} degC?" if coldest <= value + FREEZING <= hottest else ""
+            found = f"found {value:g} K ({value - FREEZING:.4g} degC)"
+            reader.report(path, f"{found}; allowed for an oil: {coldest:g} K to {hottest:g} K{meant}")
     if reader.is_given(balance) == reader.is_given(temperature):
         message = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if reader.is_given(balance):
             message = "conflicts with `thermal`, which determines it; remove one of the two"
         reader.report(temperature, message, at=film)
-
-
-def _check_kelvin(reader: Reader, path: str) -> None:
-    """Check that a temperature of an oil is one at which it flows, and not a number in degC without its unit."""
-    coldest, hottest = OIL_TEMPERATURES
-    outside = [value for value in reader.values_of(path) if not coldest <= value <= hottest]
-    for value in outside[:1]:
-        celsius = value - FREEZING
-        meant = f"; did you mean {value:g} degC?" if coldest <= value + FREEZING <= hottest else ""
-        message = f"found {value:g} K ({celsius:.4g} degC); allowed for an oil: {coldest:g} K to {hottest:g} K{meant}"
-        reader.report(path, message)
 
 
 def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
@@ -549,13 +537,3 @@ def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
         if path in reader.sections:
             message = "applies to the dry contact under a film, but the joint has none; add contact, or remove the key"
             reader.report(path, message)
-
-
-def _check_film_conflicts(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that a joint with a film has no key that conflicts with it."""
-    refuse_sticking(reader, catalogue, f"{joint} has a film")
-    if "seated" in reader.values_of("simulate.start"):
-        message = (
-            f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"
-        )
-        reader.report("simulate.start", message)

@@ -5,6 +5,7 @@ see quantities.  If a name varies, the numbers that depend on it are evaluated f
 """
 
 import keyword
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
@@ -120,9 +121,7 @@ class Definitions(NamedTuple):
             list(zip(*(axes[axis_path] for axis_path in axis_paths), strict=False))
             for axis_paths in paths_by_axis.values()
         ]
-        count = 1
-        for values in axis_points:
-            count *= len(values)
+        count = math.prod(map(len, axis_points))
         if count > MAX_VALUES or count * sum(map(bool, self.varied_by_name.values())) > MAX_EVALUATIONS:
             axis_points = [[min(values), max(values)] for values in axis_points]
         varied_paths = [axis_path for axis_paths in paths_by_axis.values() for axis_path in axis_paths]
