@@ -143,8 +143,7 @@ def touch(answer: Answer, words: Words) -> Iterator[Sentence]:
     for entry in extremes_of(answer, "force_peak", words):
         if not entry["largest"]["value"]:
             joint = next(column.joint for column in words.layout.columns if column.name == entry["figure"])
-            name = wording.joint_name(joint)
-            yield Sentence("The surfaces of {joint} never touch in any case.", {"joint": name})
+            yield Sentence("The surfaces of {joint} never touch in any case.", {"joint": wording.joint_name(joint)})
 
 
 def life_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:

@@ -178,8 +178,7 @@ def _turns_back(blocks: np.ndarray) -> np.ndarray:
 def sign_test(first: int, second: int) -> float:
     """Return the two-sided probability of counts at least as uneven as these if both signs are equally likely."""
     total, larger = first + second, max(first, second)
-    tail = sum(math.comb(total, count) for count in range(larger, total + 1)) / 2.0**total
-    return min(1.0, 2.0 * tail)
+    return min(1.0, 2.0 * sum(math.comb(total, count) for count in range(larger, total + 1)) / 2.0**total)
 
 
 def _rank_effects(cases: Cases, drawn: Sequence[str], values: np.ndarray) -> list[tuple[str, dict[str, Any]]]:

@@ -130,8 +130,7 @@ class Cases:
 
 def fineness_of(path: str, codes: np.ndarray) -> np.ndarray:
     """Return numbers (n,) that increase with the fineness of the values at a numerical path."""
-    sign = -1 if path.rpartition(".")[2] in FINER_IF_SMALLER else 1
-    return sign * codes
+    return -codes if path.rpartition(".")[2] in FINER_IF_SMALLER else codes
 
 
 def combined_codes(columns: Sequence[np.ndarray], count: int) -> np.ndarray:
@@ -238,8 +237,7 @@ def binomial_distribution(count: int, probability: float) -> np.ndarray:
 def is_one_sample(record: Mapping[str, Any]) -> bool:
     """Return whether the cases of a run are one random sample, by its run.json."""
     sample = record.get("sample") or {}
-    drawn = sample.get("drawn", {})
-    return sample.get("method") in RANDOM_METHODS and set(record.get("units", {})) == set(drawn)
+    return sample.get("method") in RANDOM_METHODS and {*record.get("units", ())} == {*sample.get("drawn", ())}
 
 
 # Analysis of variance of a figure over varied values: the share of each.
@@ -310,8 +308,7 @@ def partial_rank_correlation(x: np.ndarray, y: np.ndarray, others: list[np.ndarr
     regressors = np.column_stack([np.ones(len(x)), *(rank_values(other) for other in others)])
     residuals = []
     for values in (rank_values(x), rank_values(y)):
-        fitted = regressors @ np.linalg.lstsq(regressors, values, rcond=None)[0]
-        residual = values - fitted
+        residual = values - regressors @ np.linalg.lstsq(regressors, values, rcond=None)[0]
         residuals.append(np.where(np.abs(residual) > 1e-9 * len(x), residual, 0.0))  # below this it is rounding
     return _with_interval(_correlation(*residuals), len(x), len(others))
 

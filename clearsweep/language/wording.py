@@ -195,8 +195,7 @@ def texts_in_common_unit(values: Iterable[float | None], unit: str) -> list[str]
     Values in one sentence are compared, and 18.8 kN next to 2,720 N is easily misread.
     """
     values = list(values)
-    common_scale = scale(unit, values)
-    return [common_scale.text(value) for value in values]
+    return [*map(scale(unit, values).text, values)]
 
 
 def is_missing(value: object) -> bool:

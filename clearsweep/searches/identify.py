@@ -1,13 +1,10 @@
 """`identify`: its section, which has the keys with unknown values and the measured signals, and the answer."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib import util
 from pathlib import Path
 from typing import Any, ClassVar
-
-import numpy as np
 
 from ..answers import features
 from ..answers.questions import difference_text, identification_sentences
@@ -79,50 +76,23 @@ class Identify(SearchOver):
     rows_answer: ClassVar[bool] = False
     conflicts: ClassVar[tuple[str, ...]] = ("sweep", "zip", "cases", "sample", "seek", "refine", "optimise", "life")
     seconds_per_choice: ClassVar[float] = 0.045
+    library: ClassVar[tuple[str, str]] = "sklearn", "scikit-learn"
+    rounds: ClassVar[Callable[..., Any]] = Identification
     signals: tuple[Signal, ...]
     features: tuple[str, ...]  # some of FEATURES
     cycle_rate: float | None = None  # rad/s, of a phase over the cycles of a run, if it has any
 
-    def sobol_points(self, skipped: int, count: int) -> np.ndarray:
-        """Return points (count, paths) of a Sobol sequence in the unit cube, without the first `skipped` points."""
-        from scipy.stats import qmc
-
-        sequence = qmc.Sobol(len(self.over), seed=self.seed)
-        points: np.ndarray = (sequence.fast_forward(skipped) if skipped else sequence).random(count)
-        return points
-
-    def point(self, fractions: np.ndarray) -> dict[str, float]:
-        """Return the values at a point (paths,) of the unit cube."""
-        return {
-            path: choice.value_at(fraction)
-            for (path, choice), fraction in zip(self.over.items(), fractions.tolist(), strict=True)
-        }
-
-    def first(self) -> dict[str, tuple[Any, ...]]:
-        """Return the values of the first round, spread evenly."""
-        count = min(ROUND_SIZE, self.cases)
-        points = [tuple(self.point(fractions).values()) for fractions in self.sobol_points(0, ROUND_SIZE)[:count]]
-        return dict(zip(self.over, zip(*points, strict=True), strict=True))
-
-    def resolved(self) -> dict[str, Any]:
-        """Return the section as a grid may have it, in SI."""
+    def resolved_fields(self) -> dict[str, Any]:
+        """Return the files of signals and the features."""
         files: dict[str, dict[str, str | list[str]]] = {}
         for signal in self.signals:
             columns = [signal.column, signal.output] if signal.output else signal.column
             files.setdefault(signal.file, {})[signal.channel] = columns
-        section = {"over": {path: choice.resolved() for path, choice in self.over.items()}, "from": files}
-        return section | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
+        return {"from": files, "features": list(self.features)}
 
     def result_channels(self) -> list[str]:
         """Return the channels of the signals, over time and crank angle."""
         return ["t", "crank_angle", *(signal.channel for signal in self.signals)]
-
-    def begin(self, grid: Any, simulator: Any) -> Identification:
-        """Return the search at work; raise InputError without scikit-learn."""
-        if util.find_spec("sklearn") is None:
-            message = "identify: needs scikit-learn, which is not installed; run `pip install 'clearsweep[identify]'`"
-            raise InputError(message)
-        return Identification(self)
 
     @classmethod
     def missing_answer(cls, answer: Mapping[str, Any]) -> str:

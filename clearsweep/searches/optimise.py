@@ -6,9 +6,8 @@ results lead to the same cases, regardless of interruptions and of the number of
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import util
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -466,33 +465,19 @@ class Optimise(SearchOver):
     answer_key: ClassVar[str] = "optimised"
     conflicts: ClassVar[tuple[str, ...]] = ("sweep", "zip", "cases", "sample", "seek", "refine")
     seconds_per_choice: ClassVar[float] = 6e-3
+    library: ClassVar[tuple[str, str]] = "optuna", "Optuna"
+    rounds: ClassVar[Callable[..., Any]] = Optimisation
     objectives: tuple[tuple[str, bool], ...]  # column, and whether it is to be large
 
-    def first(self) -> dict[str, tuple[Any, ...]]:
-        """Return the values of the first round: those written in the grid, and evenly spread points."""
-        from scipy.stats import qmc
-
-        count = min(ROUND_SIZE, self.cases)
-        fractions = qmc.Sobol(len(self.over), seed=self.seed).random(ROUND_SIZE).tolist()
-        points = [
-            tuple(choice.value_at(fraction) for choice, fraction in zip(self.over.values(), row, strict=True))
-            for row in fractions
-        ]
-        written_point = [tuple(self.start.values())] if self.start else []
-        distinct = list(dict.fromkeys([*written_point, *points]))[:count]
-        return dict(zip(self.over, zip(*distinct, strict=True), strict=True))
+    def first_points(self) -> list[tuple[Any, ...]]:
+        """Return the point written in the grid."""
+        return [tuple(self.start.values())] if self.start else []
 
     def result_columns(self, grid: Any) -> list[str]:
         """Return the columns that compare cases: objectives, and the ends of their intervals, which few have."""
         available = {column.name for column in grid.layout.columns}
         objectives = [name for name, _ in self.objectives]
         return [*objectives, *(end for name in objectives for end in interval_columns(name) if end in available)]
-
-    def begin(self, grid: Any, simulator: Any) -> Optimisation:
-        """Return the search at work; raise InputError without Optuna."""
-        if util.find_spec("optuna") is None:
-            raise InputError("optimise: needs Optuna, which is not installed; run `pip install 'clearsweep[optimise]'`")
-        return Optimisation(self)
 
     @classmethod
     def missing_answer(cls, answer: Mapping[str, Any]) -> str:
@@ -507,18 +492,13 @@ class Optimise(SearchOver):
         objectives = {name for sense in SENSES for name in section.get(sense, [])}
         return {"case_id", *record["units"], *objectives, "margin", "limiting"}
 
-    def resolved(self) -> dict[str, Any]:
-        """Return the section in the form of a grid file, in SI."""
+    def resolved_fields(self) -> dict[str, Any]:
+        """Return the objectives."""
         columns_by_sense = {
             sense: [column for column, is_maximised in self.objectives if is_maximised is (sense == SENSES[1])]
             for sense in SENSES
         }
-        section = {"over": {path: choice.resolved() for path, choice in self.over.items()}}
-        return (
-            section
-            | {key: names for key, names in columns_by_sense.items() if names}
-            | {"cases": self.cases, "seed": self.seed}
-        )
+        return {key: names for key, names in columns_by_sense.items() if names}
 
     @classmethod
     def read_choice(cls, reader: sections.Reader, key: str, written: WrittenValue) -> tuple[str, WrittenValue] | None:

@@ -3,20 +3,21 @@
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from importlib import util
 from typing import Any, ClassVar, NamedTuple, Self
 
 from .. import grid as grids
 from ..answers.verdict import KINDS, MARGIN_COLUMN, Limit, limits_and_figures_of, units_of
 from ..contracts.catalogue import CHOICE
-from ..contracts.search import FurtherRuns, Search
+from ..contracts.search import FurtherRuns, Rounds, Search
 from ..grid.keys import Number
 from ..grid.sections import CountKey, Reader, check_always_used, section_in
 from ..grid.written import AXIS_SECTIONS, MistakeError, WrittenValue
-from ..language import phases, quantity
-from ..language.errors import mistake_of
+from ..language import np, phases, quantity
+from ..language.errors import InputError, mistake_of
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Finds the border in a sequence of values that begins with good ones: the next values to try, and the answer.
@@ -185,6 +186,8 @@ class SearchOver(Search):
 
     conflicts: ClassVar[tuple[str, ...]]  # sections that also choose cases
     seconds_per_choice: ClassVar[float]  # s for choosing a case; one process chooses
+    library: ClassVar[tuple[str, str]]  # module and name of what chooses, which is an optional dependency
+    rounds: ClassVar[Callable[..., Any]]  # the search at work, from the section
     over: dict[str, Choice]
     cases: int
     seed: int
@@ -203,6 +206,47 @@ class SearchOver(Search):
     def expected_cases(self, grid: Any) -> tuple[int, float]:
         """Return the remaining cases."""
         return max(self.cases - len(grid), 0), self.seconds_per_choice
+
+    def sobol_points(self, skipped: int, count: int) -> "np.ndarray":
+        """Return points (count, paths) of a Sobol sequence in the unit cube, without the first `skipped` points."""
+        from scipy.stats import qmc
+
+        sequence = qmc.Sobol(len(self.over), seed=self.seed)
+        points: np.ndarray = (sequence.fast_forward(skipped) if skipped else sequence).random(count)
+        return points
+
+    def point(self, fractions: "np.ndarray") -> dict[str, Any]:
+        """Return the values at a point (paths,) of the unit cube."""
+        choices = zip(self.over.items(), fractions.tolist(), strict=True)
+        return {path: choice.value_at(fraction) for (path, choice), fraction in choices}
+
+    def first_points(self) -> list[tuple[Any, ...]]:
+        """Return the points of the first round that are not evenly spread."""
+        return []
+
+    def first(self) -> dict[str, tuple[Any, ...]]:
+        """Return the values of the first round: those of `first_points`, and evenly spread ones."""
+        spread = [tuple(self.point(fractions).values()) for fractions in self.sobol_points(0, ROUND_SIZE)]
+        distinct = list(dict.fromkeys([*self.first_points(), *spread]))[: min(ROUND_SIZE, self.cases)]
+        return dict(zip(self.over, zip(*distinct, strict=True), strict=True))
+
+    def resolved_fields(self) -> dict[str, Any]:
+        """Return the further fields of the section in the form of a grid file, in SI."""
+        raise NotImplementedError
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the section in the form of a grid file, in SI."""
+        over = {path: choice.resolved() for path, choice in self.over.items()}
+        return {"over": over, **self.resolved_fields(), "cases": self.cases, "seed": self.seed}
+
+    def begin(self, grid: Any, simulator: Any) -> Rounds:
+        """Return the search at work; raise InputError without the library that chooses."""
+        module, library = self.library
+        if util.find_spec(module) is None:
+            remedy = f"run `pip install 'clearsweep[{self.name}]'`"
+            raise InputError(f"{self.name}: needs {library}, which is not installed; {remedy}")
+        rounds: Rounds = self.rounds(self)
+        return rounds
 
     @classmethod
     def axes(cls, reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:

@@ -391,8 +391,7 @@ def set_wear_units(reader: Reader) -> None:
         leaves = [list(leaf_values(written)) for written in coefficients]
         are_bare = bool(leaves) and all(part and all(map(_is_number, part)) for part in leaves)
         if path not in reader.written and f"{wear}.hardness" in entries and are_bare:
-            first = coefficients[0]
-            reader.written[path] = first.with_value(DIMENSIONLESS)
+            reader.written[path] = coefficients[0].with_value(DIMENSIONLESS)
 
 
 def _is_number(value: object) -> bool:

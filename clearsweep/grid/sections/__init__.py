@@ -496,8 +496,7 @@ def make_word_axis(reader: Reader, path: str) -> None:
     if path in reader.written_axes or path not in reader.values:
         return
     if any(search.varies_word(reader, path) for search in reader.searches.values()):
-        position = reader.position_of(path)
-        reader.written_axes[path] = position.with_value(reader.values[path])
+        reader.written_axes[path] = reader.position_of(path).with_value(reader.values[path])
         reader.varied_by[path] = "sweep"
         reader.axes[path] = (reader.values.pop(path),)
         if path in reader.added_written:

@@ -141,8 +141,7 @@ def rows_of_xlsx(file: Path, sheet: int = 1) -> tuple[list[str], list[TableRow]]
     if not rows:
         return [], []
     headers = [str(cell) for cell in rows[0][1]]
-    width = len(headers)
-    return headers, [(number, cells + [""] * (width - len(cells))) for number, cells in rows[1:]]
+    return headers, [(number, cells + [""] * (len(headers) - len(cells))) for number, cells in rows[1:]]
 
 
 def _rows_of_sheet(root: "ElementTree.Element", shared: list[str]) -> list[TableRow]:

@@ -381,8 +381,7 @@ def _check_period(path: str, last: WrittenValue, values: ColumnValues, over: str
         )
         raise MistakeError(last, path, message)
     for name, column in values.items():
-        largest = max(map(abs, column))
-        if name != over and abs(column[-1] - column[0]) > 1e-9 * largest:
+        if name != over and abs(column[-1] - column[0]) > 1e-9 * max(map(abs, column)):
             place = over.replace("_", " ")
             message = f"{name}: the last row has the same {place} as the first, but another value; make both equal"
             raise MistakeError(last, path, message)
