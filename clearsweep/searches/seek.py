@@ -253,13 +253,13 @@ class Seek(Search):
             path, key = written_path.value, keys.get(written_path.value)
             if isinstance(key, Word) or (isinstance(key, Number) and any(use.field.integer for use in key.uses)):
                 noun = "a name" if isinstance(key, Word) else "a whole number"
-                message = f"{path} is {noun}, which has no values in between; write it under `sweep`"
-                reader.problems.add(written_path, SEEK, message)
+                reason = f"is {noun}, which has no values in between; write it under `sweep`"
             elif path.endswith(".exponent"):
-                message = f"{path} cannot be searched for, because units of other keys depend on it"
-                reader.problems.add(written_path, SEEK, message)
+                reason = "cannot be searched for, because units of other keys depend on it"
             else:
                 axes[path] = written_path, values
+                continue
+            reader.problems.add(written_path, SEEK, f"{path} {reason}")
         return axes
 
     @classmethod

@@ -80,33 +80,31 @@ def record_axis(
     parent, key = path.rpartition(".")[0], reader.keys_in_use.get(path)
     if path in reader.written_axes:
         message = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
-        reader.problems.add(position, key_path, message)
     elif path in sweepable_paths and section_name == "sample" and (reason := _reason_not_to_draw(path, key)):
-        reader.problems.add(position, key_path, f"{reason}; write it under `sweep`")
+        message = f"{reason}; write it under `sweep`"
     elif path in sweepable_paths:
         if path in reader.varied_names and isinstance(values.value, list):
             values = replace(values, value=[text_of_name(item) for item in values.value])
         reader.written_axes[path], reader.varied_by[path] = values, section_name
+        return
     elif isinstance(key, Section):
         paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
         is_named = isinstance(all_keys.get(f"{path}.name"), Name) and path.rpartition(".")[2] in (*BODIES, "material")
         remedy = "; to vary a material, write its name in the grid, such as `bearing: CuSn8`" if is_named else ""
         message = f"is a section, not a value; write a key in it, such as {', '.join(paths_inside[:3])}{remedy}"
-        reader.problems.add(position, key_path, message)
     elif key is not None:
         message = f"cannot be swept; write it outside `{section_name}`, and a grid for each of its values"
-        reader.problems.add(position, key_path, message)
+    elif isinstance(all_keys.get(path), Name):
+        message = f"a name of the library varies, but it is not written outside `{section_name}`; write one there too"
     elif path in all_keys:
         missing = next(section for section in _enclosing_paths(path) if section not in reader.keys_in_use)
-        is_name = isinstance(all_keys[path], Name)
         message = f"there is no section '{missing}'; write it before a value in it is swept"
-        without = f"a name of the library varies, but it is not written outside `{section_name}`; write one there too"
-        reader.problems.add(position, key_path, without if is_name else message)
     elif path.startswith(DEFINE_PREFIX):
         name, allowed = path.removeprefix(DEFINE_PREFIX), [*reader.defined.expression_by_name]
-        if name not in reader.defined.invalid:  # a mistake in the definition is reported elsewhere
-            hint_text = f"{did_you_mean(name, allowed)} (known: {', '.join(allowed) or 'none'})"
-            reader.problems.add(position, key_path, f"'{name}' is not defined under `define`{hint_text}")
+        if name in reader.defined.invalid:  # a mistake in the definition is reported elsewhere
+            return
+        hint_text = f"{did_you_mean(name, allowed)} (known: {', '.join(allowed) or 'none'})"
+        message = f"'{name}' is not defined under `define`{hint_text}"
     else:
         siblings = [other_path for other_path in sweepable_paths if other_path.rpartition(".")[0] == parent]
         hint_text = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
@@ -117,7 +115,8 @@ def record_axis(
                 "; headers are paths such as joints.rod-slider.clearance [um]. Give this header a path with "
                 f"{{table: FILE, columns: {{{path}: PATH}}}}, or name texts of the rows with `label: {path}`"
             )
-        reader.problems.add(position, key_path, f"is no key of this grid{suggestion}{hint_text}{remedy}")
+        message = f"is no key of this grid{suggestion}{hint_text}{remedy}"
+    reader.problems.add(position, key_path, message)
 
 
 def _reason_not_to_draw(path: str, key: Any) -> str:
@@ -349,15 +348,12 @@ def check_dependents(reader: Reader) -> None:
     """Report numbers that cannot depend on a varied name, and dependent values out of range."""
     for path, text in reader.defined.dependents.items():
         key, name = reader.keys_in_use.get(path), min(reader.defined.varied_in(text))
-        dependence_text = f"depends on {DEFINE_PREFIX}{name}, which varies"
         fields = key.fields(reader.names) if isinstance(key, Number) else ()
-        if not isinstance(key, Number) or not key.sweep or path.endswith(".exponent"):
-            message = f"{dependence_text}, but this value must be the same in all cases; write it without that name"
-            reader.report(path, message)
-            continue
-        if any(field.integer for field in fields):
-            message = f"{dependence_text}, but a whole number must be the same in all cases; write it without that name"
-            reader.report(path, message)
+        is_fixed = not isinstance(key, Number) or not key.sweep or path.endswith(".exponent")
+        if is_fixed or any(field.integer for field in fields):
+            what = "this value" if is_fixed else "a whole number"
+            message = f"but {what} must be the same in all cases; write it without that name"
+            reader.report(path, f"depends on {DEFINE_PREFIX}{name}, which varies, {message}")
             continue
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
