@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike, fspath
@@ -30,9 +31,9 @@ from .written import (
     SWEEP_OPTION,
     OverriddenGrid,
     Problems,
+    WrittenValue,
     apply_overrides,
     leaves,
-    name_of_run,
     override,
     read_document,
     read_options,
@@ -41,6 +42,7 @@ from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_res
 from .written.law_execution import enter_law_files, guarded, has_run, reported, run_all
 from .written.law_files import allowing, list_text, revoke, trust
 
+_NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")
 SCHEMA_FILE = "clearsweep.schema.json"  # next to a grid that `init` writes
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
 MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
@@ -73,7 +75,7 @@ def load(
         root = override(root, path, value, problems)
     root, catalogue, law_files = enter_law_files(root, catalogue, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
-    name = name_of_run(root, file, problems)
+    name = _name_of_run(root, file, problems)
     reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *overridden.fixed}))
     check_values(reader, catalogue)
     problems.check()
@@ -130,6 +132,21 @@ def load(
     search = search.check(reader, root, layout) if search else None
     problems.check()
     return replace(grid, _layout=layout, search=search)
+
+
+def _name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str:
+    """Return the grid's name, by default that of its file; the result directory has this name."""
+    written = root.value.get("name")
+    if written is None:
+        return Path(file).stem if file else "case"
+    if isinstance(written.value, str) and _NAME_PATTERN.fullmatch(written.value):
+        return written.value
+    message = (
+        f"found {quoted(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
+        "because results go to results/<name>"
+    )
+    problems.add(written, "name", message)
+    return "case"
 
 
 def _point_of_layout(grid: Grid) -> dict[str, KeyValue]:

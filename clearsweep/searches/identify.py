@@ -77,7 +77,7 @@ class Identify(SearchOver):
     conflicts: ClassVar[tuple[str, ...]] = ("sweep", "zip", "cases", "sample", "seek", "refine", "optimise", "life")
     seconds_per_choice: ClassVar[float] = 0.045
     library: ClassVar[tuple[str, str]] = "sklearn", "scikit-learn"
-    rounds: ClassVar[Callable[..., Any]] = Identification
+    at_work: ClassVar[Callable[..., Any]] = Identification
     signals: tuple[Signal, ...]
     features: tuple[str, ...]  # some of FEATURES
     cycle_rate: float | None = None  # rad/s, of a phase over the cycles of a run, if it has any

@@ -466,7 +466,7 @@ class Optimise(SearchOver):
     conflicts: ClassVar[tuple[str, ...]] = ("sweep", "zip", "cases", "sample", "seek", "refine")
     seconds_per_choice: ClassVar[float] = 6e-3
     library: ClassVar[tuple[str, str]] = "optuna", "Optuna"
-    rounds: ClassVar[Callable[..., Any]] = Optimisation
+    at_work: ClassVar[Callable[..., Any]] = Optimisation
     objectives: tuple[tuple[str, bool], ...]  # column, and whether it is to be large
 
     def first_points(self) -> list[tuple[Any, ...]]:

@@ -187,7 +187,7 @@ class SearchOver(Search):
     conflicts: ClassVar[tuple[str, ...]]  # sections that also choose cases
     seconds_per_choice: ClassVar[float]  # s for choosing a case; one process chooses
     library: ClassVar[tuple[str, str]]  # module and name of what chooses, which is an optional dependency
-    rounds: ClassVar[Callable[..., Any]]  # the search at work, from the section
+    at_work: ClassVar[Callable[..., Any]]  # the search at work, from the section
     over: dict[str, Choice]
     cases: int
     seed: int
@@ -245,8 +245,8 @@ class SearchOver(Search):
         if util.find_spec(module) is None:
             remedy = f"run `pip install 'clearsweep[{self.name}]'`"
             raise InputError(f"{self.name}: needs {library}, which is not installed; {remedy}")
-        rounds: Rounds = self.rounds(self)
-        return rounds
+        begun: Rounds = self.at_work(self)
+        return begun
 
     @classmethod
     def axes(cls, reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:

@@ -438,12 +438,9 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
     """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
     _add_revolute(keys, path, site, catalogue)
     keys[path] = Section("a joint with clearance", "optional")
-    joint_keys.add_numbers(
-        keys, path, (_GUIDE_HEIGHT._replace(text=f"of a guide: {_GUIDE_HEIGHT.text}", optional=True),), CHOICE
-    )
-    joint_keys.add_numbers(
-        keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),), CHOICE
-    )
+    for owner, field in (("a guide", _GUIDE_HEIGHT), ("a slot", _SLOT_LENGTH)):
+        further = field._replace(text=f"of {owner}: {field.text}", optional=True)
+        joint_keys.add_numbers(keys, path, (further,), CHOICE)
     _add_stops(keys, path, site, catalogue)
     keys[path] = Section("a joint with clearance, or with stops", "optional")
     for nested in [nested for nested in keys if nested.startswith(f"{path}.stops.contact")]:

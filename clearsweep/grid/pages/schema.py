@@ -157,22 +157,17 @@ def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
                 "anyOf": [
                     {"type": "array", "minItems": 1},
                     *AXES_OF_NAMES,
-                    _labels_schema(),
+                    {
+                        "type": "object",
+                        "description": "label -> value",
+                        "minProperties": 1,
+                        "propertyNames": {"not": {"enum": list(RESERVED_LABELS)}, "maxLength": MAX_LABEL_LENGTH},
+                        "additionalProperties": {"anyOf": [QUANTITY_SCHEMA, *NAME_SCHEMAS.values()]},
+                    },
                     *single_key_schemas(dict.fromkeys(("linspace", "geomspace", "logspace"), spacing_schema)),
                 ]
             },
         },
-    }
-
-
-def _labels_schema() -> dict[str, Any]:
-    """Return the schema of an axis whose values have labels."""
-    return {
-        "type": "object",
-        "description": "label -> value",
-        "minProperties": 1,
-        "propertyNames": {"not": {"enum": list(RESERVED_LABELS)}, "maxLength": MAX_LABEL_LENGTH},
-        "additionalProperties": {"anyOf": [QUANTITY_SCHEMA, *NAME_SCHEMAS.values()]},
     }
 
 

@@ -519,8 +519,8 @@ def _check_temperature(reader: Reader, film: str) -> None:
         outside = [value for value in reader.values_of(path) if not coldest <= value <= hottest]
         for value in outside[:1]:  # perhaps a number in degC without its unit
             meant = f"; did you mean {value:g} degC?" if coldest <= value + FREEZING <= hottest else ""
-            found = f"found {value:g} K ({value - FREEZING:.4g} degC)"
-            reader.report(path, f"{found}; allowed for an oil: {coldest:g} K to {hottest:g} K{meant}")
+            text = f"found {value:g} K ({value - FREEZING:.4g} degC)"
+            reader.report(path, f"{text}; allowed for an oil: {coldest:g} K to {hottest:g} K{meant}")
     if reader.is_given(balance) == reader.is_given(temperature):
         message = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if reader.is_given(balance):

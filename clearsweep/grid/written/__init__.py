@@ -202,7 +202,6 @@ KNOWN_FILES_TEXT = "a .csv, .xlsx or .parquet file"
 
 
 _MAX_BYTES = 64 * 2**20  # bytes of a grid file
-_NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")
 _PREFIXED_INTEGER = re.compile(r"[+-]?(0x[0-9a-f]{1,40}|0o[0-7]{1,40})")
 _MAX_DEPTH = 60  # of sections and lists, more than any key has
 _TOO_DEEP = f"nested too deeply, or contains itself; expected at most {_MAX_DEPTH} levels of sections and lists"
@@ -495,21 +494,6 @@ def _scalar(tag: str, text: str, key_location: WrittenValue, path: str, problems
     if kind in ("bool", "null"):  # a tag on another text
         problems.add(key_location, path, f"found {quoted(text)}, which is no {kind}; remove the tag")
     return text
-
-
-def name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str:
-    """Return the grid's name, by default that of its file; the result directory has this name."""
-    written = root.value.get("name")
-    if written is None:
-        return Path(file).stem if file else "case"
-    if isinstance(written.value, str) and _NAME_PATTERN.fullmatch(written.value):
-        return written.value
-    message = (
-        f"found {quoted(written.value)}; expected letters, digits, and . + - _ after the first, at most 100, "
-        "because results go to results/<name>"
-    )
-    problems.add(written, "name", message)
-    return "case"
 
 
 AXIS_SECTIONS = ("sweep", "zip", "cases")  # their entries are dotted path -> values, and may have labels
