@@ -29,35 +29,10 @@ from ...tracing.compiled.choosing import rolled_range, total_of
 from ...tracing.compiled.family import is_plain, kernel
 from ...tracing.compiled.pinned import Pinned, layout_of, pinned_at
 from ..observe import END, KAPPA, KINETIC, START
-from .integration import (
-    GOING,
-    IMPLICIT,
-    NOT_FINITE,
-    NOTHING,
-    OK,
-    PAUSED,
-    STALLED,
-    STEP_BUDGET,
-    STEP_UNDERFLOW,
-    STOP,
-    SUMS_NOT_FINITE,
-    TIME_LIMIT,
-    TURNS_STIFF,
-)
+from . import integration, step_control
 from .radau import FAILED
 from .slow_sums import add_slow_sums, begin_window, record_start, write_sample
 from .step import begin_step, find_first_event, pass_events, step_to_event, take_step
-from .step_control import (
-    ACCEPTANCE,
-    BEGINNING,
-    MAX_REJECTIONS,
-    REJECTION,
-    assess_step,
-    choose_method,
-    contact_pattern,
-    remember_length,
-    set_next_length,
-)
 from .totals import HIGHEST_BIN, ContactTotals, accumulate_step
 
 REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad, by which a free crank may turn back without a stall, as at an impact
@@ -127,7 +102,7 @@ def begin_case(pointer):
     while work.counts.samples < record.times.size and record.times[work.counts.samples] <= work.y[record.independent]:
         write_sample(pointer, work.y, record.samples[work.counts.samples])
         work.counts.samples += 1
-    set_next_length(pointer, BEGINNING)
+    step_control.set_next_length(pointer, step_control.BEGINNING)
 
 
 @kernel
@@ -162,18 +137,18 @@ def status_before_step(pointer):
     is_full = stepper.logged + work.mode.size >= work.log.shape[0]  # all contacts may part at once
     is_full = is_full or (work.recording.shape[0] > 0 and stepper.recorded >= work.recording.shape[0])
     if angle >= control.pause or work.counts.steps >= stepper.pause_step or is_full:
-        return PAUSED
-    if work.method.current == IMPLICIT and work.slopes.code == 0:
-        return TURNS_STIFF
+        return integration.PAUSED
+    if work.method.current == integration.IMPLICIT and work.slopes.code == 0:
+        return integration.TURNS_STIFF
     if control.patience == math.inf:
-        return GOING
+        return integration.GOING
     if time >= control.time_limit:
-        return TIME_LIMIT
+        return integration.TIME_LIMIT
     stepper.farthest = max(stepper.farthest, angle)
     if angle > stepper.progress_angle + STALL_ADVANCE:
         stepper.progress_angle, stepper.progress_time = angle, time
     is_stalled = stepper.farthest - angle > REVERSAL_TOLERANCE or time - stepper.progress_time > control.patience
-    return STALLED if is_stalled else GOING
+    return integration.STALLED if is_stalled else integration.GOING
 
 
 @kernel
@@ -184,11 +159,11 @@ def prepare_step(pointer):
     if stepper.begun == 0.0:
         begin_case(pointer)
     if work.counts.steps + work.counts.rejected >= work.control.step_budget:
-        return STEP_BUDGET
-    status = GOING
+        return integration.STEP_BUDGET
+    status = integration.GOING
     if stepper.rejections == 0.0:
         status, stepper.evaluations = status_before_step(pointer), work.counts.evaluations
-    if status == GOING:
+    if status == integration.GOING:
         work.step.length = min(stepper.next_length, work.max_duration / work.o[KAPPA, START])
     return status
 
@@ -200,10 +175,10 @@ def reject_step(pointer):
     stepper, error = work.stepper, work.step.error
     work.counts.rejected += 1
     stepper.rejections += 1.0
-    set_next_length(pointer, REJECTION)
-    if stepper.rejections > MAX_REJECTIONS:
-        return STEP_UNDERFLOW if math.isfinite(error) else NOT_FINITE
-    return GOING
+    step_control.set_next_length(pointer, step_control.REJECTION)
+    if stepper.rejections > step_control.MAX_REJECTIONS:
+        return integration.STEP_UNDERFLOW if math.isfinite(error) else integration.NOT_FINITE
+    return integration.GOING
 
 
 @kernel
@@ -215,12 +190,12 @@ def repeat_up_to(pointer, h, fraction):
     """
     work = pointer[0]
     evaluations_before, work.step.length = work.counts.evaluations, h * fraction
-    if fraction > NEAR_START or work.method.current != IMPLICIT:
+    if fraction > NEAR_START or work.method.current != integration.IMPLICIT:
         take_step(pointer)
     else:  # the matrices of an implicit step without length are singular
         work.step.error = FAILED
     work.counts.locating += work.counts.evaluations - evaluations_before
-    error_counts = fraction > SHORT_FRACTION and work.method.current != IMPLICIT
+    error_counts = fraction > SHORT_FRACTION and work.method.current != integration.IMPLICIT
     return error_counts and not work.step.error < 1.0
 
 
@@ -254,17 +229,17 @@ def pass_stop(pointer):
     stepper = work.stepper
     if stepper.next_stop == next_boundary(pointer):
         if stepper.in_window != 0.0:
-            return OK
+            return integration.OK
         stepper.in_window = 1.0
         begin_window(pointer)
     stepper.next_stop = next_stop(pointer, work.end[work.independent])
-    return GOING
+    return integration.GOING
 
 
 @kernel
 def apply_event_or_stop(pointer, kind, contact):
     """Apply an event or a stop to the state at the end of the step; return GOING or the status at the end."""
-    if kind == STOP:
+    if kind == integration.STOP:
         return pass_stop(pointer)
     return pass_events(pointer, kind, contact, pointer[0].stepper.in_window != 0.0)
 
@@ -279,18 +254,18 @@ def cut_at_event(pointer, h, event):
         return reject_step(pointer)
     evaluations_before = work.counts.evaluations
     step_to_event(pointer, (kind, contact, aim_of(pointer)))
-    if kind == STOP:
+    if kind == integration.STOP:
         work.end[work.independent] = work.stepper.next_stop
     work.counts.locating += work.counts.evaluations - evaluations_before
-    choose_method(pointer, work.step.length, contact_pattern(pointer))
+    step_control.choose_method(pointer, work.step.length, step_control.contact_pattern(pointer))
     accept_step(pointer)
     add_slow_sums(pointer, work.step.length)
     status = apply_event_or_stop(pointer, kind, contact)
-    if status != GOING:
+    if status != integration.GOING:
         return status
     restart(pointer)
-    set_next_length(pointer, BEGINNING)
-    return GOING
+    step_control.set_next_length(pointer, step_control.BEGINNING)
+    return integration.GOING
 
 
 @kernel
@@ -299,21 +274,21 @@ def take_or_reject_step(pointer):
     work = pointer[0]
     step = work.step
     take_step(pointer)
-    assess_step(work)
+    step_control.assess_step(work)
     h = step.length
     if not step.error < 1.0:
         return reject_step(pointer)
-    pattern = contact_pattern(pointer)
-    remember_length(pointer, pattern)
+    pattern = step_control.contact_pattern(pointer)
+    step_control.remember_length(pointer, pattern)
     fraction, kind, contact = find_first_event(pointer, h, aim_of(pointer))
-    if kind != NOTHING:
+    if kind != integration.NOTHING:
         return cut_at_event(pointer, h, (fraction, kind, contact))
     accept_step(pointer)
-    choose_method(pointer, h, pattern)
+    step_control.choose_method(pointer, h, pattern)
     add_slow_sums(pointer, h)
     advance_start(pointer)
-    set_next_length(pointer, ACCEPTANCE)
-    return GOING
+    step_control.set_next_length(pointer, step_control.ACCEPTANCE)
+    return integration.GOING
 
 
 def compile_for(model: Pinned) -> objects.Code | None:
@@ -350,11 +325,11 @@ def integrate(pinned: Pinned) -> None:
 @kernel
 def integrate_case(pointer):
     """Integrate one case; `pointer[0]` is its Work."""
-    status = GOING
-    while status == GOING:
+    status = integration.GOING
+    while status == integration.GOING:
         status = prepare_step(pointer)
-        if status == GOING:
+        if status == integration.GOING:
             status = take_or_reject_step(pointer)
-    if status == OK and not has_finite_sums(pointer[0].totals):
-        status = SUMS_NOT_FINITE
+    if status == integration.OK and not has_finite_sums(pointer[0].totals):
+        status = integration.SUMS_NOT_FINITE
     pointer[0].stepper.status = status

@@ -6,43 +6,8 @@ from typing import NamedTuple
 from ...tracing.compiled.family import invoke, kernel
 from ..laws.contract import ENTERED, LEFT, ONSET_FLOOR, SAME, touches
 from ..observe import END, KAPPA, STAGES, START, contact_observables_in
-from .collocation import (
-    POSITIONS,
-    WEIGHTS,
-    WHOLE,
-    WHOLE_SWEEP,
-    begin_stages,
-    continue_stages,
-    dense_state,
-    error_norm,
-    interpolate,
-    value_and_slope,
-)
+from . import collocation, integration, preconditioner
 from .event_search import SINGLE_STATE, evaluate_guards, fit_guard, is_guard_active, locate_first_event
-from .integration import (
-    EVENT_BUDGET,
-    GOING,
-    GUARD,
-    IMPLICIT,
-    LEFT_BEARING,
-    LIMIT,
-    NOTHING,
-    OK,
-    ONSET,
-    SEPARATION,
-    STOP,
-    evaluate,
-)
-from .preconditioner import (
-    FAST_CONTRACTION,
-    SLOW_CONTRACTION,
-    complete_rates,
-    factorise_pairs,
-    linearise,
-    predicted_contraction,
-    sweep_part,
-    sweep_preconditioned,
-)
 from .radau import FAILED, STAGE_WEIGHTS, implicit_step, shorten_implicit_step
 from .radau import observe_stages as observe_implicit_stages
 from .totals import write_sums
@@ -81,7 +46,7 @@ def pass_guard(pointer, g, y, row):
 def begin_step(pointer):
     """Evaluate the start of a step after a change of the equations, and apply the guards that are passed there."""
     work, guards = pointer[0], pointer[0].guards
-    evaluate(pointer, work.y, START)
+    integration.evaluate(pointer, work.y, START)
     is_changed, is_outdated = False, True
     for g in range(guards.contact.size):
         if guards.at_start[g] and is_guard_active(pointer, g):
@@ -92,7 +57,7 @@ def begin_step(pointer):
                 pass_guard(pointer, g, work.y, START)
                 is_changed = True
     if is_changed:
-        evaluate(pointer, work.y, START)
+        integration.evaluate(pointer, work.y, START)
 
 
 @kernel
@@ -101,9 +66,9 @@ def guess_stages(pointer, h):
     work = pointer[0]
     history = work.implicit.history
     if history.length > 0.0:
-        continue_stages(h / history.length, history.start_fraction, work.y, work.f, work.nodes)
+        collocation.continue_stages(h / history.length, history.start_fraction, work.y, work.f, work.nodes)
     else:
-        begin_stages(h, work.y, work.k, work.nodes)
+        collocation.begin_stages(h, work.y, work.k, work.nodes)
 
 
 @kernel
@@ -111,9 +76,9 @@ def sweep(pointer):
     """Update all stages once; return the change over the allowed error."""
     work = pointer[0]
     if work.step.preconditioned != 0.0:
-        sweep_preconditioned(pointer)
+        preconditioner.sweep_preconditioned(pointer)
     else:
-        sweep_part(pointer, WHOLE_SWEEP)
+        preconditioner.sweep_part(pointer, collocation.WHOLE_SWEEP)
     work.counts.evaluations += STAGES
     return math.sqrt(work.step.change)
 
@@ -161,12 +126,12 @@ def begin_iteration(pointer, h):
     step.preconditioned = 0.0
     if stepper.slow == 0.0 or work.preconditioner.increment.size == 0:
         return
-    linearise(pointer, h)
+    preconditioner.linearise(pointer, h)
     guess_stages(pointer, h)
     stepper.slow = 0.0
-    if predicted_contraction(pointer) >= FAST_CONTRACTION:
-        factorise_pairs(work.preconditioner)
-        sweep_part(pointer, POSITIONS)  # from the guessed velocities, as after every sweep
+    if preconditioner.predicted_contraction(pointer) >= preconditioner.FAST_CONTRACTION:
+        preconditioner.factorise_pairs(work.preconditioner)
+        preconditioner.sweep_part(pointer, collocation.POSITIONS)  # from the guessed velocities, as after every sweep
         step.preconditioned, stepper.slow = 1.0, 1.0
 
 
@@ -178,7 +143,7 @@ def note_contraction(pointer, is_solved):
     """
     step, stepper = pointer[0].step, pointer[0].stepper
     if step.preconditioned == 0.0:
-        stepper.slow = 0.0 if is_solved and step.contraction < SLOW_CONTRACTION else 1.0
+        stepper.slow = 0.0 if is_solved and step.contraction < preconditioner.SLOW_CONTRACTION else 1.0
     elif not is_solved and stepper.rejections > 0.0:
         stepper.slow = 0.0
 
@@ -195,30 +160,30 @@ def collocate(pointer, h):
         work.step.error = FAILED
         return
     if work.step.preconditioned != 0.0:
-        complete_rates(pointer, h)
+        preconditioner.complete_rates(pointer, h)
     for i in range(work.y.size):
         work.end[i] = work.nodes[i, END]
-    interpolate(h, work.k, work.f)
+    collocation.interpolate(h, work.k, work.f)
     history.length, history.start_fraction = h, 0.0
-    work.step.error = error_norm(work.f, work.weight)
+    work.step.error = collocation.error_norm(work.f, work.weight)
 
 
 @kernel
 def sum_step(pointer):
     """Compute the sums, profiles and maxima of the current step, which is accurate or ends at an event."""
-    if pointer[0].method.current == IMPLICIT:
+    if pointer[0].method.current == integration.IMPLICIT:
         observe_implicit_stages(pointer)
         write_sums(pointer[0], STAGE_WEIGHTS)
     else:
         observe_stages(pointer)
-        write_sums(pointer[0], WEIGHTS)
+        write_sums(pointer[0], collocation.WEIGHTS)
 
 
 @kernel
 def take_step(pointer):
     """Take the step whose length is in `work.step`: set `work.end`, the stages and the results of the step."""
     work, h = pointer[0], pointer[0].step.length
-    if work.method.current == IMPLICIT:
+    if work.method.current == integration.IMPLICIT:
         work.step.error = implicit_step(pointer, h)
     else:
         collocate(pointer, h)
@@ -233,14 +198,14 @@ def take_step(pointer):
 def shorten_step(pointer, fraction):
     """Replace the latest step by a `fraction` of it, from its interpolant."""
     work = pointer[0]
-    if work.method.current == IMPLICIT:
+    if work.method.current == integration.IMPLICIT:
         shorten_implicit_step(pointer, fraction)
     else:
-        continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
+        collocation.continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
         work.step.preconditioned = 0.0
         sweep(pointer)  # for the rates; it may move the stages away from each other
-        continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
-        dense_state(fraction, work.y, work.f, work.end)
+        collocation.continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
+        collocation.dense_state(fraction, work.y, work.f, work.end)
 
 
 @kernel
@@ -252,20 +217,20 @@ def overshoot_of(pointer, event):
     work = pointer[0]
     kind, contact, stop = event
     distance, slope = 0.0, 0.0
-    if kind == ONSET:
+    if kind == integration.ONSET:
         contact_values = contact_observables_in(work.o, END, contact)
         distance, slope = contact_values.depth, contact_values.rate * work.o[KAPPA, END]
-    elif kind == SEPARATION:
+    elif kind == integration.SEPARATION:
         distance, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
-    elif kind == LIMIT:
+    elif kind == integration.LIMIT:
         root = work.time + 1 + contact
         distance, slope = work.end[root] - math.sqrt(work.limit_depth[contact]), work.k[root, END]
-    elif kind == STOP:
+    elif kind == integration.STOP:
         distance, slope = work.end[work.independent] - stop, work.k[work.independent, END]
-    elif kind >= GUARD and work.step.length > 0.0:
+    elif kind >= integration.GUARD and work.step.length > 0.0:
         evaluate_guards(pointer, work.y, END)
-        if fit_guard(pointer, kind - GUARD):
-            distance, change = value_and_slope(work.polynomials, WHOLE, 1.0)
+        if fit_guard(pointer, kind - integration.GUARD):
+            distance, change = collocation.value_and_slope(work.polynomials, collocation.WHOLE, 1.0)
             slope = change / work.step.length
     return distance / slope if slope != 0.0 else 0.0
 
@@ -281,7 +246,9 @@ def repeat_near_event(pointer, event):
     for _ in range(MAX_REPEATS):
         h = work.step.length
         is_off = CLOSE_TO_EVENT * h < abs(distance) < FAR_FROM_EVENT * h
-        if work.control.early > 0.0 and event[0] == STOP:  # the last stage may not see the acceleration behind the jump
+        if (
+            work.control.early > 0.0 and event[0] == integration.STOP
+        ):  # the last stage may not see the acceleration behind the jump
             is_off = is_off or work.end[work.independent] >= work.stepper.next_stop
         if not (work.step.error < 1.0 and is_off):
             break
@@ -384,7 +351,7 @@ class Event(NamedTuple):
 def log_event(pointer, event):
     """Add an Event to the log, unless it is the passage of a guard or a limit."""
     work = pointer[0]
-    if event.kind >= LIMIT or work.control.keep_events == 0.0:
+    if event.kind >= integration.LIMIT or work.control.keep_events == 0.0:
         return
     row = int(work.stepper.logged)
     work.log[row, 0], work.log[row, 1], work.log[row, 2] = event.time, event.contact, event.kind
@@ -397,16 +364,16 @@ def apply_event(pointer, kind, j, in_window):
     """Apply the effects of an event at contact `j` at `work.end`; return the Event."""
     work = pointer[0]
     time, peak = work.end[work.time], work.totals.joint[j].peak
-    if kind >= GUARD:
-        g = kind - GUARD
+    if kind >= integration.GUARD:
+        g = kind - integration.GUARD
         if in_window and work.guards.counted[g]:
             work.totals.joint[j].clips += 1.0
         pass_guard(pointer, g, work.end, END)
-    if kind >= LIMIT:
+    if kind >= integration.LIMIT:
         work.counts.passages += 1
         return Event(time, j, kind, 0.0, 0.0)
     work.counts.events += 1
-    if kind == ONSET:
+    if kind == integration.ONSET:
         return Event(time, j, kind, begin_contact(pointer, j, in_window), 0.0)
     return Event(time, j, kind, end_contact(pointer, j), peak)
 
@@ -420,21 +387,21 @@ def simultaneous_separation(pointer):
     work = pointer[0]
     for j in range(work.mode.size):
         if touches(work.mode[j]) and work.end[work.time + 1 + j] <= 0.0:
-            return SEPARATION, j
-    return NOTHING, 0
+            return integration.SEPARATION, j
+    return integration.NOTHING, 0
 
 
 @kernel
 def pass_events(pointer, kind, contact, in_window):
     """Apply an event and all others at the same time; return GOING or the reason to end the run."""
     work = pointer[0]
-    while kind != NOTHING:
+    while kind != integration.NOTHING:
         log_event(pointer, apply_event(pointer, kind, contact, in_window))
         if work.control.separations > 0.0 and work.counts.separations >= work.control.separations:
-            return OK
+            return integration.OK
         if work.counts.events >= work.control.event_budget:
-            return EVENT_BUDGET
-        if kind >= GUARD and work.guards.ends_run[kind - GUARD]:
-            return LEFT_BEARING
+            return integration.EVENT_BUDGET
+        if kind >= integration.GUARD and work.guards.ends_run[kind - integration.GUARD]:
+            return integration.LEFT_BEARING
         kind, contact = simultaneous_separation(pointer)
-    return GOING
+    return integration.GOING
