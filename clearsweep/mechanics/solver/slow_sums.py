@@ -7,55 +7,8 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import invoke, invoke_each, kernel
+from .. import observe
 from ..laws.contract import acts, touches
-from ..observe import (
-    ACCELERATION,
-    BINS,
-    DEPTH,
-    DEPTH_ROW,
-    DRIVE,
-    DRY_FORCE,
-    DRY_FRICTION_POWER,
-    END,
-    ERROR,
-    FILM_POWER,
-    FINE_ROWS,
-    FINE_SHARES,
-    FORCE_ROW,
-    FRICTION_POWER,
-    FRICTION_POWER_ROW,
-    KAPPA,
-    KAPPA_ROW,
-    LOAD,
-    LOST,
-    NODE_FRACTIONS,
-    NODES,
-    NORMAL,
-    PARTS,
-    PEAK_PRESSURE,
-    PRESSURE_POWER,
-    QUARTER_POINTS,
-    SCRATCH,
-    SHEAR_SPEED,
-    SLIP,
-    SLIP_ROW,
-    STAGES,
-    START,
-    STATE_POINTS,
-    TORQUE,
-    add_fine_part,
-    add_profile,
-    add_ramps,
-    column_of,
-    film_column,
-    force_bin,
-    force_quantile_of,
-    fraction_above,
-    put_friction_power,
-    put_load,
-    write_fine_ramps,
-    write_row,
-)
 from .collocation import WEIGHTS, dense_component, dense_state
 from .integration import IMPLICIT, evaluate_dense
 from .radau import STAGE_WEIGHTS
@@ -82,7 +35,7 @@ from .totals import (
 # Values between the stages of a step, from its dense output: positions, maxima, time histories, states at marks.
 
 
-POINT_FRACTIONS = np.minimum(np.arange(STATE_POINTS) / (QUARTER_POINTS + 1), 1.0)
+POINT_FRACTIONS = np.minimum(np.arange(observe.STATE_POINTS) / (observe.QUARTER_POINTS + 1), 1.0)
 
 
 @kernel
@@ -93,14 +46,14 @@ def evaluate_dense_states(pointer, dense_states):
     """
     y, end_value, f = pointer[0].y, pointer[0].end, pointer[0].f
     for i in range(dense_states.shape[0]):
-        for index in lane_range(STATE_POINTS):
+        for index in lane_range(observe.STATE_POINTS):
             x = POINT_FRACTIONS[index]
             u = 2.0 * x - 1.0
-            total = f[i, STAGES - 1]
-            for m in range(STAGES - 2, -1, -1):
+            total = f[i, observe.STAGES - 1]
+            for m in range(observe.STAGES - 2, -1, -1):
                 total = total * u + f[i, m]
             dense_states[i, index] = y[i] + x * total
-        for index in range(QUARTER_POINTS + 1, STATE_POINTS):
+        for index in range(observe.QUARTER_POINTS + 1, observe.STATE_POINTS):
             dense_states[i, index] = end_value[i]
 
 
@@ -108,8 +61,8 @@ def evaluate_dense_states(pointer, dense_states):
 def node_of_maximum(o, column, sign):
     """Return the node of the stage with the largest value of an observable times `sign`."""
     highest_node = 0
-    for m in range(1, NODES.size):
-        if sign * o[column, NODES[m]] > sign * o[column, NODES[highest_node]]:
+    for m in range(1, observe.NODES.size):
+        if sign * o[column, observe.NODES[m]] > sign * o[column, observe.NODES[highest_node]]:
             highest_node = m
     return highest_node
 
@@ -121,15 +74,15 @@ def observable_at(pointer, x, column):
     evaluate_dense(pointer, x)
     for j in range(work.mode.size):
         if work.has_friction[j]:
-            put_load(work.o, SCRATCH, j)
-    return work.o[column, SCRATCH]
+            observe.put_load(work.o, observe.SCRATCH, j)
+    return work.o[column, observe.SCRATCH]
 
 
 @kernel
 def refine_peak(pointer, column, sign, node):
     """Return the largest value of the observable times `sign` near the stage `node`, by successive parabolas."""
-    m = min(max(node, 1), NODES.size - 2)
-    a, b, c = NODE_FRACTIONS[m - 1], NODE_FRACTIONS[m], NODE_FRACTIONS[m + 1]
+    m = min(max(node, 1), observe.NODES.size - 2)
+    a, b, c = observe.NODE_FRACTIONS[m - 1], observe.NODE_FRACTIONS[m], observe.NODE_FRACTIONS[m + 1]
     fa = sign * observable_at(pointer, a, column)
     fb = sign * observable_at(pointer, b, column)
     fc = sign * observable_at(pointer, c, column)
@@ -249,14 +202,14 @@ def record_start(pointer):
 def split_peaks(pointer, i, x):
     """Split the largest forces of the step into those before and after mark `i`, at the fraction `x` of the step."""
     work = pointer[0]
-    revolutions, mark_row = work.revolutions, END
+    revolutions, mark_row = work.revolutions, observe.END
     if x < 1.0:
         evaluate_dense(pointer, x)
-        mark_row = SCRATCH
+        mark_row = observe.SCRATCH
     for j in range(work.mode.size):
-        column, step_peak = column_of(j, NORMAL), revolutions.step_peak[j]
+        column, step_peak = observe.column_of(j, observe.NORMAL), revolutions.step_peak[j]
         force_at_mark = work.o[column, mark_row] if step_peak > 0.0 else 0.0
-        peak_after = max(force_at_mark, work.o[column, END]) if step_peak > 0.0 else 0.0
+        peak_after = max(force_at_mark, work.o[column, observe.END]) if step_peak > 0.0 else 0.0
         peak_before = force_at_mark
         if step_peak > peak_after:
             is_rising = x < 1.0 and observable_at(pointer, min(x + PROBE_DISTANCE, 1.0), column) > force_at_mark
@@ -312,14 +265,16 @@ def choose_fine_bins(pointer, j):
     work = pointer[0]
     totals, bins = work.totals, work.totals.bins
     revolution, elapsed = 2.0 * math.pi / work.reference_rate, work.end[work.time] - totals.mechanism.window_start
-    longest = FINE_SHARES[0] * max(elapsed, revolution)
-    bins[j, FINE_BIN], bins[j, LAST_FINE_BIN] = 0, BINS
+    longest = observe.FINE_SHARES[0] * max(elapsed, revolution)
+    bins[j, FINE_BIN], bins[j, LAST_FINE_BIN] = 0, observe.BINS
     if totals.joint[j].binned_time >= longest:
-        bins[j, FINE_BIN] = force_bin(force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], longest))
+        bins[j, FINE_BIN] = observe.force_bin(
+            observe.force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], longest)
+        )
     is_steady = work.crank < 0 and work.knots.size == 0  # what speeds up, or follows a table, may press harder later
     if is_steady and elapsed > revolution and bins[j, FINE_BIN] > 0:
-        rarest = force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], FINE_SHARES[1] * elapsed)
-        bins[j, LAST_FINE_BIN] = force_bin(rarest)
+        rarest = observe.force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], observe.FINE_SHARES[1] * elapsed)
+        bins[j, LAST_FINE_BIN] = observe.force_bin(rarest)
     bins[j, NEXT_FINE_BIN] = bins[j, BINNED_STEPS] + bins[j, BINNED_STEPS] // 4 + MIN_BINNED_STEPS
 
 
@@ -336,20 +291,22 @@ def add_force_times(pointer, j):
     scale = duration / total_of(part_times[j, RELATIVE_DURATION])
     force, has_film, ramps = work.profiles[1 + j], work.film[j, 1] < math.inf, part_times[j, FIRST_BIN_TIME:]
     lowest, highest = bins[j, 0], bins[j, 0]
-    for i in range(1, PARTS + 1):
+    for i in range(1, observe.PARTS + 1):
         lowest, highest = min(lowest, bins[j, i]), max(highest, bins[j, i])
     bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
     if highest >= bins[j, FINE_BIN] and lowest <= bins[j, LAST_FINE_BIN] and highest > lowest + 1:
         fine_sums, fine_bins = totals.fine_sums, totals.fine_bins
-        write_fine_ramps(work.o, (KAPPA, column_of(j, NORMAL)), scale, fine_sums, fine_bins)
-        for i in rolled_range(PARTS):
+        observe.write_fine_ramps(
+            work.o, (observe.KAPPA, observe.column_of(j, observe.NORMAL)), scale, fine_sums, fine_bins
+        )
+        for i in rolled_range(observe.PARTS):
             lower, higher = min(bins[j, i], bins[j, i + 1]), max(bins[j, i], bins[j, i + 1])
             pulls = has_film and force[i] * force[i + 1] < 0.0  # for a part of the time
             if higher >= bins[j, FINE_BIN] and lower <= bins[j, LAST_FINE_BIN] and not pulls:
-                add_fine_part(totals.histogram, j, i, fine_sums, fine_bins)
+                observe.add_fine_part(totals.histogram, j, i, fine_sums, fine_bins)
                 ramps[0, i], ramps[1, i], ramps[2, i] = 0.0, 0.0, 0.0
-            bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], fine_bins[FINE_ROWS, i])
-    add_ramps(totals.histogram, j, bins[j], ramps)
+            bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], fine_bins[observe.FINE_ROWS, i])
+    observe.add_ramps(totals.histogram, j, bins[j], ramps)
     if has_film:
         totals.histogram[j, 0, 0] += total_of(part_times[j, PULLING_TIME])
 
@@ -361,28 +318,33 @@ def add_contact_profile(pointer, j, duration):
     totals = work.totals
     step_values, kappa, force = totals.step_values[j], work.profiles[0], work.profiles[1 + j]
     has_limit, has_wear, has_film = work.limit_depth[j] < math.inf, work.wear.code != 0, work.film[j, 1] < math.inf
-    for i in range(PARTS + 1):
-        step_values[FORCE_ROW, i], step_values[KAPPA_ROW, i] = force[i], max(kappa[i], 0.0)
-    write_row(work.o, column_of(j, DEPTH), step_values, DEPTH_ROW)
+    for i in range(observe.PARTS + 1):
+        step_values[observe.FORCE_ROW, i], step_values[observe.KAPPA_ROW, i] = force[i], max(kappa[i], 0.0)
+    observe.write_row(work.o, observe.column_of(j, observe.DEPTH), step_values, observe.DEPTH_ROW)
     if has_wear:
-        write_row(work.o, column_of(j, SLIP), step_values, SLIP_ROW)
-        for m in range(NODES.size):
-            put_friction_power(work.o, NODES[m], j)
-        write_row(work.o, column_of(j, FRICTION_POWER), step_values, FRICTION_POWER_ROW)
+        observe.write_row(work.o, observe.column_of(j, observe.SLIP), step_values, observe.SLIP_ROW)
+        for m in range(observe.NODES.size):
+            observe.put_friction_power(work.o, observe.NODES[m], j)
+        observe.write_row(work.o, observe.column_of(j, observe.FRICTION_POWER), step_values, observe.FRICTION_POWER_ROW)
     if has_limit:
-        totals.joint[j].beyond_time += fraction_above(step_values, work.limit_depth[j]) * duration
+        totals.joint[j].beyond_time += observe.fraction_above(step_values, work.limit_depth[j]) * duration
     if has_film:
-        totals.joint[j].clamped_time += fraction_above(step_values, work.film[j, 1]) * duration
-        is_dry = fraction_above(step_values, work.film[j, 0]) > 0.0
+        totals.joint[j].clamped_time += observe.fraction_above(step_values, work.film[j, 1]) * duration
+        is_dry = observe.fraction_above(step_values, work.film[j, 0]) > 0.0
         if is_dry or has_wear:
-            write_row(
-                work.o, film_column(work.mode.size, j, DRY_FORCE), step_values, FORCE_ROW
+            observe.write_row(
+                work.o, observe.film_column(work.mode.size, j, observe.DRY_FORCE), step_values, observe.FORCE_ROW
             )  # the film itself causes no wear
         if is_dry:
             rows = totals.part_times[j, FIRST_BIN_TIME:], totals.bins[j]  # those of the force are in its histogram
-            add_profile(totals.dry, j, step_values, duration, rows)
+            observe.add_profile(totals.dry, j, step_values, duration, rows)
         if has_wear:
-            write_row(work.o, film_column(work.mode.size, j, DRY_FRICTION_POWER), step_values, FRICTION_POWER_ROW)
+            observe.write_row(
+                work.o,
+                observe.film_column(work.mode.size, j, observe.DRY_FRICTION_POWER),
+                step_values,
+                observe.FRICTION_POWER_ROW,
+            )
 
 
 @kernel
@@ -392,22 +354,28 @@ def add_film_sums(pointer, h, j):
     o, sums, figures, contacts = work.o, work.contact_steps[j], work.totals.joint[j], work.mode.size
     weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
     figures.heat += h * (sums.sum_lost + sums.sum_friction)
-    figures.film_energy += h * stage_integral(o, film_column(contacts, j, FILM_POWER), weights)
-    figures.generated_energy += h * integral_of_negative_part(o, film_column(contacts, j, PRESSURE_POWER), weights)
-    figures.friction_energy += h * stage_integral(o, film_column(contacts, j, DRY_FRICTION_POWER), weights)
-    dry_column = film_column(contacts, j, DRY_FORCE)
+    figures.film_energy += h * stage_integral(o, observe.film_column(contacts, j, observe.FILM_POWER), weights)
+    figures.generated_energy += h * integral_of_negative_part(
+        o, observe.film_column(contacts, j, observe.PRESSURE_POWER), weights
+    )
+    figures.friction_energy += h * stage_integral(
+        o, observe.film_column(contacts, j, observe.DRY_FRICTION_POWER), weights
+    )
+    dry_column = observe.film_column(contacts, j, observe.DRY_FORCE)
     figures.dry_force_time += h * integral_of_magnitude(o, dry_column, weights)
-    figures.load_time += h * integral_of_magnitude(o, column_of(j, NORMAL), weights)
-    largest = max(o[dry_column, START], o[dry_column, END])
+    figures.load_time += h * integral_of_magnitude(o, observe.column_of(j, observe.NORMAL), weights)
+    largest = max(o[dry_column, observe.START], o[dry_column, observe.END])
     if interior_peak(o, dry_column, 1.0) > 0.9 * figures.dry_max:
         largest = max(largest, maximum_in_step(pointer, dry_column, 1.0))
     figures.dry_max = max(figures.dry_max, largest)
-    pressure_column = film_column(contacts, j, PEAK_PRESSURE)
-    largest = max(o[pressure_column, START], o[pressure_column, END])
+    pressure_column = observe.film_column(contacts, j, observe.PEAK_PRESSURE)
+    largest = max(o[pressure_column, observe.START], o[pressure_column, observe.END])
     if largest > 0.95 * figures.pressure_max:  # between the ends of a step only the interpolant gives it
-        largest = max(largest, refine_peak(pointer, pressure_column, 1.0, NODES.size // 2))
+        largest = max(largest, refine_peak(pointer, pressure_column, 1.0, observe.NODES.size // 2))
     figures.pressure_max = max(figures.pressure_max, largest)
-    figures.shear_speed_max = max(figures.shear_speed_max, o[film_column(contacts, j, SHEAR_SPEED), END])
+    figures.shear_speed_max = max(
+        figures.shear_speed_max, o[observe.film_column(contacts, j, observe.SHEAR_SPEED), observe.END]
+    )
 
 
 @kernel
@@ -431,23 +399,29 @@ def search_maxima(pointer):
     for j in range(work.mode.size):
         figures, contact_step = work.totals.joint[j], work.contact_steps[j]
         if contact_step.highest_force > NO_PEAK:
-            largest = maximum_in_step(pointer, column_of(j, NORMAL), 1.0)
+            largest = maximum_in_step(pointer, observe.column_of(j, observe.NORMAL), 1.0)
             figures.peak, revolutions.step_peak[j] = max(figures.peak, largest), max(revolutions.step_peak[j], largest)
             if in_window:
                 figures.force_max = max(figures.force_max, largest)
         if contact_step.highest_depth > NO_PEAK:
-            figures.depth_max = max(figures.depth_max, maximum_in_step(pointer, column_of(j, DEPTH), 1.0))
+            figures.depth_max = max(
+                figures.depth_max, maximum_in_step(pointer, observe.column_of(j, observe.DEPTH), 1.0)
+            )
         if work.has_friction[j] != 0 and contact_step.highest_load > NO_PEAK:
-            figures.load_max = max(figures.load_max, maximum_in_step(pointer, column_of(j, LOAD), 1.0))
+            figures.load_max = max(figures.load_max, maximum_in_step(pointer, observe.column_of(j, observe.LOAD), 1.0))
     if step.highest_acceleration > NO_PEAK:
-        largest = maximum_in_step(pointer, ACCELERATION, math.copysign(1.0, work.o[ACCELERATION, END]))
+        largest = maximum_in_step(
+            pointer, observe.ACCELERATION, math.copysign(1.0, work.o[observe.ACCELERATION, observe.END])
+        )
         mechanism.acceleration_max = max(mechanism.acceleration_max, largest)
     if step.highest_torque > NO_PEAK:
-        largest = maximum_in_step(pointer, TORQUE, math.copysign(1.0, work.o[TORQUE, END]))
+        largest = maximum_in_step(pointer, observe.TORQUE, math.copysign(1.0, work.o[observe.TORQUE, observe.END]))
         mechanism.torque_max = max(mechanism.torque_max, largest)
     if step.highest_error > NO_PEAK:
-        sign = math.copysign(1.0, work.o[ERROR, END])
-        mechanism.error_max = max(mechanism.error_max, refine_peak(pointer, ERROR, sign, NODES.size // 2))
+        sign = math.copysign(1.0, work.o[observe.ERROR, observe.END])
+        mechanism.error_max = max(
+            mechanism.error_max, refine_peak(pointer, observe.ERROR, sign, observe.NODES.size // 2)
+        )
 
 
 @kernel
@@ -468,7 +442,7 @@ def add_crank_speed(pointer, h):
     work = pointer[0]
     mechanism, index = work.totals.mechanism, work.crank + work.time // 2
     start_value, end_value = work.y[index], work.end[index]
-    start_slope, end_slope = h * work.k[index, START], h * work.k[index, END]
+    start_slope, end_slope = h * work.k[index, observe.START], h * work.k[index, observe.END]
     linear_term = 3.0 * (end_value - start_value) - 2.0 * start_slope - end_slope
     curvature = start_slope + end_slope - 2.0 * (end_value - start_value)
     low, high = min(start_value, end_value), max(start_value, end_value)
@@ -515,15 +489,15 @@ def record_signals(pointer, h):
     """Record the observables of a step of length `h` from which the figures of vibration follow, at all its nodes."""
     work = pointer[0]
     o, values = work.o, work.recording[int(work.stepper.recorded)]
-    for row in range(NODES.size):
-        values[DURATION, row] = h * o[KAPPA, row]
-        values[DRIVE_TORQUE, row], values[DRIVE_POWER, row] = o[TORQUE, row], o[DRIVE, row]
+    for row in range(observe.NODES.size):
+        values[DURATION, row] = h * o[observe.KAPPA, row]
+        values[DRIVE_TORQUE, row], values[DRIVE_POWER, row] = o[observe.TORQUE, row], o[observe.DRIVE, row]
         dissipated = 0.0
         for j in range(work.mode.size):
-            dissipated += o[column_of(j, LOST), row]
+            dissipated += o[observe.column_of(j, observe.LOST), row]
         values[DISSIPATED, row] = dissipated
     for column in range(values.shape[0] - SIGNALS):
-        for row in range(NODES.size):
+        for row in range(observe.NODES.size):
             values[SIGNALS + column, row] = o[work.signals + column, row]
     work.stepper.recorded += 1.0
 

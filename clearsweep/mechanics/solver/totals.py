@@ -8,44 +8,8 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, total_of, where
 from ...tracing.compiled.family import inlined
 from ...tracing.memory import Fields
+from .. import observe
 from ..laws.contract import REPORTING, acts, meets, touches
-from ..observe import (
-    ACCELERATION,
-    BINS,
-    CONTACT_WIDTH,
-    CONTACTS,
-    DEPTH,
-    DRIVE,
-    END,
-    ERROR,
-    ERROR_RATE,
-    FINE_ROWS,
-    GRAVITY,
-    KAPPA,
-    KINETIC,
-    LOAD,
-    LOST,
-    NODE_FRACTIONS,
-    NODES,
-    NORMAL,
-    PARTS,
-    SLIP,
-    STAGES,
-    START,
-    STATE_POINTS,
-    STEP_VALUE_ROWS,
-    STORED,
-    TANGENTIAL,
-    TO_PART_ENDS,
-    TO_PART_MEANS,
-    TORQUE,
-    Largest,
-    Resultant,
-    column_of,
-    put_load,
-    put_ramp,
-    value_at,
-)
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Quantities of one whole step: error, sums, profiles, maxima.
@@ -97,26 +61,26 @@ def sum_stages(work, weights):
     drive = gravity = square = 0.0
     for row in range(weights.size):
         if weights[row] != 0.0:
-            weight = weights[row] * o[KAPPA, row]
-            drive, gravity = drive + weight * o[DRIVE, row], gravity + weight * o[GRAVITY, row]
-            square = square + weight * (o[ACCELERATION, row] * o[ACCELERATION, row])
+            weight = weights[row] * o[observe.KAPPA, row]
+            drive, gravity = drive + weight * o[observe.DRIVE, row], gravity + weight * o[observe.GRAVITY, row]
+            square = square + weight * (o[observe.ACCELERATION, row] * o[observe.ACCELERATION, row])
     step.sum_drive, step.sum_gravity, step.sum_acceleration = drive, gravity, square
     for c in range(work.mode.size):
         if work.mode[c] == REPORTING:
             reported = work.contact_steps[c]
-            reported.sum_force = stage_integral(o, column_of(c, NORMAL), weights)
-            reported.sum_stored = stage_integral(o, column_of(c, STORED), weights)
-            reported.sum_lost = stage_integral(o, column_of(c, LOST), weights)
+            reported.sum_force = stage_integral(o, observe.column_of(c, observe.NORMAL), weights)
+            reported.sum_stored = stage_integral(o, observe.column_of(c, observe.STORED), weights)
+            reported.sum_lost = stage_integral(o, observe.column_of(c, observe.LOST), weights)
         if not acts(work.mode[c]):
             continue
-        block, sums = CONTACTS + CONTACT_WIDTH * c, work.contact_steps[c]
+        block, sums = observe.CONTACTS + observe.CONTACT_WIDTH * c, work.contact_steps[c]
         stored = dissipated = friction = total = square = 0.0
         for row in range(weights.size):
             if weights[row] != 0.0:
-                weight, force = weights[row] * o[KAPPA, row], o[block + NORMAL, row]
-                stored = stored + weight * o[block + STORED, row]
-                dissipated = dissipated + weight * o[block + LOST, row]
-                friction = friction - weight * (o[block + TANGENTIAL, row] * o[block + SLIP, row])
+                weight, force = weights[row] * o[observe.KAPPA, row], o[block + observe.NORMAL, row]
+                stored = stored + weight * o[block + observe.STORED, row]
+                dissipated = dissipated + weight * o[block + observe.LOST, row]
+                friction = friction - weight * (o[block + observe.TANGENTIAL, row] * o[block + observe.SLIP, row])
                 total, square = total + weight * force, square + weight * (force * force)
         sums.sum_stored, sums.sum_lost, sums.sum_friction = stored, dissipated, friction
         sums.sum_force, sums.sum_force_square = total, square
@@ -127,7 +91,7 @@ def stage_integral(o, column, weights):
     """Return the weighted sum of an observable over the stages; times the step's length it is the integral."""
     total = 0.0
     for row in range(weights.size):
-        total += weights[row] * o[KAPPA, row] * o[column, row]
+        total += weights[row] * o[observe.KAPPA, row] * o[column, row]
     return total
 
 
@@ -136,7 +100,7 @@ def integral_of_negative_part(o, column, weights):
     """Return the `stage_integral` of the negative part of an observable, as a positive number."""
     total = 0.0
     for row in range(weights.size):
-        total -= weights[row] * o[KAPPA, row] * min(o[column, row], 0.0)
+        total -= weights[row] * o[observe.KAPPA, row] * min(o[column, row], 0.0)
     return total
 
 
@@ -145,26 +109,26 @@ def integral_of_magnitude(o, column, weights):
     """Return the `stage_integral` of the absolute value of an observable."""
     total = 0.0
     for row in range(weights.size):
-        total += weights[row] * o[KAPPA, row] * abs(o[column, row])
+        total += weights[row] * o[observe.KAPPA, row] * abs(o[column, row])
     return total
 
 
 @inlined
 def write_profile(o, column, profile):
     """Write the profile of an observable to `profile` (PARTS + 1,)."""
-    profile[0] = o[column, START]
-    for i in lane_range(PARTS):
-        profile[1 + i] = value_at(o, column, TO_PART_ENDS, i)
+    profile[0] = o[column, observe.START]
+    for i in lane_range(observe.PARTS):
+        profile[1 + i] = observe.value_at(o, column, observe.TO_PART_ENDS, i)
 
 
 @inlined
 def write_sums(work, weights):
     """Write the sums, profiles and maxima of a step; the rows with nonzero `weights` contain its observables."""
     sum_stages(work, weights)
-    write_profile(work.o, KAPPA, work.profiles[0])
+    write_profile(work.o, observe.KAPPA, work.profiles[0])
     for c in range(work.mode.size):
         if acts(work.mode[c]):
-            write_profile(work.o, column_of(c, NORMAL), work.profiles[1 + c])
+            write_profile(work.o, observe.column_of(c, observe.NORMAL), work.profiles[1 + c])
     write_largest_speeds(work)
     write_peaks(work)
 
@@ -176,9 +140,9 @@ def write_largest_speeds(work):
     for c in range(work.mode.size):
         if not meets(work.mode[c]):
             continue
-        fastest = o[column_of(c, SLIP), START] * o[KAPPA, START]
-        for row in range(END):
-            fastest = max(fastest, o[column_of(c, SLIP), row] * o[KAPPA, row])
+        fastest = o[observe.column_of(c, observe.SLIP), observe.START] * o[observe.KAPPA, observe.START]
+        for row in range(observe.END):
+            fastest = max(fastest, o[observe.column_of(c, observe.SLIP), row] * o[observe.KAPPA, row])
         work.contact_steps[c].fastest = fastest
 
 
@@ -186,13 +150,15 @@ def write_largest_speeds(work):
 def write_peaks(work):
     """Write the highest values of observables that may have a peak; of contacts, only acting ones."""
     o, step = work.o, work.step
-    step.highest_acceleration = interior_peak(o, ACCELERATION, math.copysign(1.0, o[ACCELERATION, END]))
-    step.highest_torque = interior_peak(o, TORQUE, math.copysign(1.0, o[TORQUE, END]))
+    step.highest_acceleration = interior_peak(
+        o, observe.ACCELERATION, math.copysign(1.0, o[observe.ACCELERATION, observe.END])
+    )
+    step.highest_torque = interior_peak(o, observe.TORQUE, math.copysign(1.0, o[observe.TORQUE, observe.END]))
     for c in range(work.mode.size):
         if not acts(work.mode[c]):
             continue
-        work.contact_steps[c].highest_force = interior_peak(o, column_of(c, NORMAL), 1.0)
-        work.contact_steps[c].highest_depth = interior_peak(o, column_of(c, DEPTH), 1.0)
+        work.contact_steps[c].highest_force = interior_peak(o, observe.column_of(c, observe.NORMAL), 1.0)
+        work.contact_steps[c].highest_depth = interior_peak(o, observe.column_of(c, observe.DEPTH), 1.0)
 
 
 @inlined
@@ -205,11 +171,11 @@ def interior_peak(o, column, sign):
     """
     start_slope = end_slope = 0.0
     for m in range(3):
-        start_slope += START_SLOPE[m] * o[column, NODES[START_NODES[m]]]
-        end_slope += END_SLOPE[m] * o[column, NODES[END_NODES[m]]]
-    highest_end = max(sign * o[column, START], sign * o[column, END])
+        start_slope += START_SLOPE[m] * o[column, observe.NODES[START_NODES[m]]]
+        end_slope += END_SLOPE[m] * o[column, observe.NODES[END_NODES[m]]]
+    highest_end = max(sign * o[column, observe.START], sign * o[column, observe.END])
     highest = highest_end
-    for m in range(STAGES - 1):
+    for m in range(observe.STAGES - 1):
         highest = max(highest, sign * o[column, m])
     if highest > highest_end or sign * start_slope > 0.0 > sign * end_slope:
         return highest
@@ -229,8 +195,8 @@ def _slope_weights(nodes, point):
 
 
 START_NODES, END_NODES = np.array([0, 2, 3]), np.array([5, 6, 8])  # of NODES, some tenths of the step apart
-START_SLOPE = _slope_weights(NODE_FRACTIONS[START_NODES], -0.1)
-END_SLOPE = _slope_weights(NODE_FRACTIONS[END_NODES], 1.1)
+START_SLOPE = _slope_weights(observe.NODE_FRACTIONS[START_NODES], -0.1)
+END_SLOPE = _slope_weights(observe.NODE_FRACTIONS[END_NODES], 1.1)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -263,19 +229,19 @@ class MechanismTotals(Fields):
 class ContactTotals(Fields):
     """Figures of the window for a contact, then quantities of its present contact."""
 
-    force_square: Resultant  # N^2 s
-    contact_time: Largest  # s
+    force_square: observe.Resultant  # N^2 s
+    contact_time: observe.Largest  # s
     binned_time: float  # s, in the histogram
-    force_max: Resultant  # N
-    force_max_to_target: Resultant  # N, its value when a free crank reaches its target speed
-    load_max: Resultant  # N^2, square of the resultant of normal and friction force, where there is friction
-    depth_max: Largest  # m
-    onset_max: Largest  # m/s
+    force_max: observe.Resultant  # N
+    force_max_to_target: observe.Resultant  # N, its value when a free crank reaches its target speed
+    load_max: observe.Resultant  # N^2, square of the resultant of normal and friction force, where there is friction
+    depth_max: observe.Largest  # m
+    onset_max: observe.Largest  # m/s
     onsets: float  # number of onsets
     clips: float  # passages of guards that are counted
     restitution: float  # sum of the ratios of rebound and approach
     rebounds: float  # number of these ratios
-    beyond_time: Largest  # s, beyond the limit of its elastic law
+    beyond_time: observe.Largest  # s, beyond the limit of its elastic law
     force_time: float  # N s
     friction_energy: float  # J, of dry friction
     load_time: float  # N s, of the magnitude of the normal force, where there is a film
@@ -286,18 +252,20 @@ class ContactTotals(Fields):
     heat: float  # J
     inner_fatigue: float  # rad, relative turns of rings, weighted by loads, see `joints.rolling.fatigue_loads`
     outer_fatigue: float  # rad
-    dry_max: Largest  # N
-    pressure_max: Largest  # Pa
-    shear_speed_max: Largest  # m/s
-    peak: Largest  # N, of the present contact
-    approach: Largest  # m/s, onset rate of the present contact
+    dry_max: observe.Largest  # N
+    pressure_max: observe.Largest  # Pa
+    shear_speed_max: observe.Largest  # m/s
+    peak: observe.Largest  # N, of the present contact
+    approach: observe.Largest  # m/s, onset rate of the present contact
 
 
 FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset where the window opens
 CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
 #: In Totals.bins: the highest bin used; the lowest and highest bin of the forces that are distributed by fine parts;
 #: the steps of the contact so far, and their number at which these bins are computed again.
-HIGHEST_BIN, FINE_BIN, LAST_FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, BIN_COLUMNS = range(PARTS + 1, PARTS + 7)
+HIGHEST_BIN, FINE_BIN, LAST_FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, BIN_COLUMNS = range(
+    observe.PARTS + 1, observe.PARTS + 7
+)
 #: Rows of Totals.part_times, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
 RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, PART_TIME_ROWS = range(6)
@@ -308,15 +276,21 @@ class Totals(NamedTuple):
 
     mechanism: MechanismTotals
     joint: ContactTotals  # (contacts,)
-    histogram: Annotated[np.ndarray, BINS, 2]  # (contacts,) s, in each bin; s/N, increment in those above
-    dry: Annotated[np.ndarray, BINS, 2]  # the same for the dry part of the force, above zero; (0,) without films
-    step_values: Annotated[np.ndarray, STEP_VALUE_ROWS, PARTS + 1]  # (contacts,) at equidistant places
+    histogram: Annotated[np.ndarray, observe.BINS, 2]  # (contacts,) s, in each bin; s/N, increment in those above
+    dry: Annotated[
+        np.ndarray, observe.BINS, 2
+    ]  # the same for the dry part of the force, above zero; (0,) without films
+    step_values: Annotated[np.ndarray, observe.STEP_VALUE_ROWS, observe.PARTS + 1]  # (contacts,) at equidistant places
     bins: Annotated[np.ndarray, BIN_COLUMNS]  # (contacts,) int64, bins of the force between the parts of the step
-    part_times: Annotated[np.ndarray, PART_TIME_ROWS, PARTS]  # (contacts,) contribution of each part
-    fine_sums: Annotated[np.ndarray, FINE_ROWS + 2, 2, PARTS]  # of fine parts, see `observe.add_fine_part`
-    fine_bins: Annotated[np.ndarray, FINE_ROWS + 1, PARTS]  # int64, their bins
+    part_times: Annotated[np.ndarray, PART_TIME_ROWS, observe.PARTS]  # (contacts,) contribution of each part
+    fine_sums: Annotated[
+        np.ndarray, observe.FINE_ROWS + 2, 2, observe.PARTS
+    ]  # of fine parts, see `observe.add_fine_part`
+    fine_bins: Annotated[np.ndarray, observe.FINE_ROWS + 1, observe.PARTS]  # int64, their bins
     length: np.ndarray  # (1,) length of the step
-    dense_states: Annotated[np.ndarray, STATE_POINTS]  # (2 coordinates + 1,) the state within the step, with wear
+    dense_states: Annotated[
+        np.ndarray, observe.STATE_POINTS
+    ]  # (2 coordinates + 1,) the state within the step, with wear
     workspace: np.ndarray  # for the wear of a step, see wear.bins
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
     account: np.ndarray  # (contacts, ACCOUNT_SIZE) see wear.Account
@@ -345,7 +319,9 @@ def accumulate_step(work):
             contact_step = work.contact_steps[j]
             contact_step.highest_force = contact_step.highest_depth = contact_step.highest_load = NO_PEAK
             if in_window:
-                work.totals.joint[j].depth_max = max(work.totals.joint[j].depth_max, work.o[column_of(j, DEPTH), END])
+                work.totals.joint[j].depth_max = max(
+                    work.totals.joint[j].depth_max, work.o[observe.column_of(j, observe.DEPTH), observe.END]
+                )
     add_motion_maxima(work, in_window)
 
 
@@ -383,7 +359,7 @@ def add_powers(work, in_window):
             figures.force_time += h * reported.sum_force
             figures.inner_fatigue += h * reported.sum_stored
             figures.outer_fatigue += h * reported.sum_lost
-    kinetic = work.o[KINETIC, END]
+    kinetic = work.o[observe.KINETIC, observe.END]
     energy_gain = (
         kinetic - mechanism.kinetic_start + mechanism.energy_stored + mechanism.energy_lost + mechanism.energy_friction
     )
@@ -399,10 +375,14 @@ def add_contact_maxima(work, j, in_window, duration):
     """Add the largest force (N) and depth (m) of acting contact `j`, and the profile of its force."""
     o, step = work.o, work.step
     figures, contact_step = work.totals.joint[j], work.contact_steps[j]
-    force, depth, load = column_of(j, NORMAL), column_of(j, DEPTH), column_of(j, LOAD)
+    force, depth, load = (
+        observe.column_of(j, observe.NORMAL),
+        observe.column_of(j, observe.DEPTH),
+        observe.column_of(j, observe.LOAD),
+    )
     threshold = 0.9 * min(figures.peak, work.revolutions.peak_since_mark[j])
     contact_step.highest_force = request_search(step, contact_step.highest_force, True, threshold)
-    largest = max(o[force, START], o[force, END])
+    largest = max(o[force, observe.START], o[force, observe.END])
     figures.peak = max(figures.peak, largest)
     work.revolutions.step_peak[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
@@ -413,15 +393,15 @@ def add_contact_maxima(work, j, in_window, duration):
     if not in_window:
         return
     figures.force_max = max(figures.force_max, largest)
-    deepest = max(o[depth, START], o[depth, END])
+    deepest = max(o[depth, observe.START], o[depth, observe.END])
     figures.depth_max = max(figures.depth_max, deepest)
     if work.has_histogram[j] != 0:
         add_force_profile(work, j, duration)
     if work.has_friction[j] != 0:
-        for row in NODES:
-            put_load(o, row, j)
+        for row in observe.NODES:
+            observe.put_load(o, row, j)
         contact_step.highest_load = request_search(step, interior_peak(o, load, 1.0), True, 0.96 * figures.load_max)
-        largest = max(o[load, START], o[load, END])
+        largest = max(o[load, observe.START], o[load, observe.END])
         figures.load_max = max(figures.load_max, largest)
 
 
@@ -430,10 +410,10 @@ def add_force_profile(work, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
     part_times, bins, film = work.totals.part_times, work.totals.bins, work.film[j, 1] < math.inf
     o, force = work.o, work.profiles[1 + j]
-    for i in lane_range(PARTS):
-        part_times[j, RELATIVE_DURATION, i] = max(value_at(o, KAPPA, TO_PART_MEANS, i), 0.0)
+    for i in lane_range(observe.PARTS):
+        part_times[j, RELATIVE_DURATION, i] = max(observe.value_at(o, observe.KAPPA, observe.TO_PART_MEANS, i), 0.0)
     scale = duration / total_of(part_times[j, RELATIVE_DURATION])
-    for i in lane_range(PARTS):
+    for i in lane_range(observe.PARTS):
         start_value, end_value = force[i], force[i + 1]
         duration_of_part = part_times[j, RELATIVE_DURATION, i] * scale
         changes_sign = (
@@ -443,7 +423,7 @@ def add_force_profile(work, j, duration):
             changes_sign, max(start_value, end_value) / where(changes_sign, abs(end_value - start_value), 1.0), 1.0
         )
         forces = max(start_value, 0.0), max(end_value, 0.0)
-        put_ramp(part_times[j, FIRST_BIN_TIME:], bins[j], i, forces, pushing)
+        observe.put_ramp(part_times[j, FIRST_BIN_TIME:], bins[j], i, forces, pushing)
         part_times[j, PULLING_TIME, i] = duration_of_part - pushing
 
 
@@ -451,9 +431,12 @@ def add_force_profile(work, j, duration):
 def add_motion_maxima(work, in_window):
     """Add the largest slider acceleration (m/s^2), torque (N m) and slider error (m)."""
     o, mechanism, step = work.o, work.totals.mechanism, work.step
-    largest, sign = max(abs(o[ERROR, START]), abs(o[ERROR, END])), math.copysign(1.0, o[ERROR, END])
-    start_slope, end_slope = sign * o[ERROR_RATE, START], sign * o[ERROR_RATE, END]
-    parabola_peak = largest + 0.25 * step.length * o[KAPPA, START] * min(
+    largest, sign = (
+        max(abs(o[observe.ERROR, observe.START]), abs(o[observe.ERROR, observe.END])),
+        math.copysign(1.0, o[observe.ERROR, observe.END]),
+    )
+    start_slope, end_slope = sign * o[observe.ERROR_RATE, observe.START], sign * o[observe.ERROR_RATE, observe.END]
+    parabola_peak = largest + 0.25 * step.length * o[observe.KAPPA, observe.START] * min(
         start_slope, -end_slope
     )  # a parabola's rise above the higher end
     step.highest_error = parabola_peak if start_slope > 0.0 and end_slope < 0.0 else NO_PEAK
@@ -462,8 +445,8 @@ def add_motion_maxima(work, in_window):
     step.highest_torque = request_search(step, step.highest_torque, in_window, 0.98 * mechanism.torque_max)
     step.highest_error = request_search(step, step.highest_error, in_window, mechanism.error_max)
     if in_window:
-        acceleration = max(abs(o[ACCELERATION, START]), abs(o[ACCELERATION, END]))
-        torque = max(abs(o[TORQUE, START]), abs(o[TORQUE, END]))
+        acceleration = max(abs(o[observe.ACCELERATION, observe.START]), abs(o[observe.ACCELERATION, observe.END]))
+        torque = max(abs(o[observe.TORQUE, observe.START]), abs(o[observe.TORQUE, observe.END]))
         mechanism.acceleration_max = max(mechanism.acceleration_max, acceleration)
         mechanism.torque_max = max(mechanism.torque_max, torque)
         mechanism.error_max = max(mechanism.error_max, largest)
