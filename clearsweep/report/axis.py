@@ -181,11 +181,6 @@ def leaves(tree: Mapping, prefix: str = "") -> list[tuple[str, object]]:
     return pairs
 
 
-def first_sought_path(record: Mapping) -> str:
-    """Return the first path whose largest or smallest value a run searches for, or ''."""
-    return next(iter(sought_paths(record)), "")
-
-
 def sought_paths(record: Mapping) -> tuple[str, ...]:
     """Return the parallel paths whose largest or smallest value a run searches for."""
     seek = record.get("seek") or {}

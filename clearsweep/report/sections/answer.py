@@ -49,12 +49,7 @@ Card = tuple[str, str, str]  # name, value with unit, reference
 
 
 def summary_sections(study: Study) -> list[Section]:
-    """Return the cards of a run."""
-    return [Section("summary", "", [Cards(_cards(study))])]
-
-
-def _cards(study: Study) -> list[Card]:
-    """Return name, value with unit, and reference of each card."""
+    """Return the cards of a run: name, value with unit, and reference of each."""
     finished, failed = finished_and_failed(study)
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     note = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
@@ -63,7 +58,7 @@ def _cards(study: Study) -> list[Card]:
     if study.run.marks():
         sample_note = "a random sample, and the cases with the smallest and the largest value of each figure"
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", sample_note))
-    return [finished_card, *cards] if failed or missing else [*cards, finished_card]
+    return [Section("summary", "", [Cards([finished_card, *cards] if failed or missing else [*cards, finished_card])])]
 
 
 def _answer_cards(study: Study) -> list[Card]:
@@ -279,8 +274,39 @@ START_UP_NOTE = (
 
 
 def reliability_sections(study: Study) -> list[Section]:
-    """Return the section with the least and the most loaded design at each crank speed."""
-    return section("headline", "Forces by crank speed", _extremes_by_speed_table(study))
+    """Return the section with the least and the most loaded design at each crank speed.
+
+    Return [] unless speed and another axis vary.
+    """
+    speed = next((axis for axis in study.levels() if axis.path == "drive.speed"), None)
+    others = [axis for axis in study.swept() if axis is not speed]
+    if speed is None or not others or study.cases.empty or not study.joints:
+        return []
+    joint = study.most_loaded_joint()
+    error = study.column("error_max")
+    output_figures = [(error, f"{study.run.layout.output} error")] if error else []
+    peak, p99, ratio = (joint.column(name) for name in (PEAK.figure, "force_p99", "force_peak_ratio"))
+    figures = ((peak, "force peak"), (p99, "force p99"), (ratio, "load / ideal"), *output_figures)
+    forces, extremes = study.cases[peak], []
+    speed_indices = np.where(np.isfinite(forces), study.indices_on(speed), -1)
+    for value, cases in zip(speed.values, indices_by_value(speed_indices, len(speed.values)), strict=True):
+        if len(cases):
+            least_loaded, most_loaded = cases[forces[cases].argmin()], cases[forces[cases].argmax()]
+            is_only = least_loaded == most_loaded
+            extremes += [] if is_only else [(value, "least", least_loaded)]
+            extremes.append((value, "only" if is_only else "most", most_loaded))
+    case_indices = [case_index for *_, case_index in extremes]
+    cell_columns = [study.cases.index[case_indices], *(study.cases[axis.path][case_indices] for axis in others)]
+    unknown = np.full(len(case_indices), np.nan)
+    cell_columns += [study.cases[name][case_indices] if name in study.cases else unknown for name, _ in figures]
+    extreme_cells = zip(extremes, zip(*cell_columns, strict=True), strict=True)
+    rows = [(value, load, *values, case_id) for (value, load, _), (case_id, *values) in extreme_cells]
+    columns = [*axis_columns(study, [speed]), Column("load"), *axis_columns(study, others)]
+    columns += [*(Column(heading, study.unit(column)) for column, heading in figures), Column("case_id")]
+    title = "Least and most loaded design at each crank speed"
+    joint_text = study.joint_text(joint, " in joint {}")
+    note = f"Ranked by the largest normal force{joint_text}. p99 is exceeded during 1 % of the time."
+    return section("headline", "Forces by crank speed", Table("by_speed", title, note, columns, rows))
 
 
 def periodicity_sentences(study: Study) -> list[str]:
@@ -372,40 +398,6 @@ def law_range_remarks(study: Study) -> list[str]:
     return remarks.sentences()
 
 
-def _extremes_by_speed_table(study: Study) -> Table:
-    """Return the least and the most loaded design at each crank speed; empty unless speed and another axis vary."""
-    speed = next((axis for axis in study.levels() if axis.path == "drive.speed"), None)
-    others = [axis for axis in study.swept() if axis is not speed]
-    if speed is None or not others or study.cases.empty or not study.joints:
-        return Table("by_speed", "", "", (), [])
-    joint = study.most_loaded_joint()
-    p99 = joint.column("force_p99")
-    error = study.column("error_max")
-    output_figures = [(error, f"{study.run.layout.output} error")] if error else []
-    peak, ratio = (joint.column(name) for name in (PEAK.figure, "force_peak_ratio"))
-    figures = ((peak, "force peak"), (p99, "force p99"), (ratio, "load / ideal"), *output_figures)
-    forces, extremes = study.cases[peak], []
-    speed_indices = np.where(np.isfinite(forces), study.indices_on(speed), -1)
-    for value, cases in zip(speed.values, indices_by_value(speed_indices, len(speed.values)), strict=True):
-        if len(cases):
-            least_loaded, most_loaded = cases[forces[cases].argmin()], cases[forces[cases].argmax()]
-            is_only = least_loaded == most_loaded
-            extremes += [] if is_only else [(value, "least", least_loaded)]
-            extremes.append((value, "only" if is_only else "most", most_loaded))
-    case_indices = [case_index for *_, case_index in extremes]
-    cell_columns = [study.cases.index[case_indices], *(study.cases[axis.path][case_indices] for axis in others)]
-    unknown = np.full(len(case_indices), np.nan)
-    cell_columns += [study.cases[name][case_indices] if name in study.cases else unknown for name, _ in figures]
-    extreme_cells = zip(extremes, zip(*cell_columns, strict=True), strict=True)
-    rows = [(value, load, *values, case_id) for (value, load, _), (case_id, *values) in extreme_cells]
-    columns = [*axis_columns(study, [speed]), Column("load"), *axis_columns(study, others)]
-    columns += [*(Column(heading, study.unit(column)) for column, heading in figures), Column("case_id")]
-    title = "Least and most loaded design at each crank speed"
-    joint_text = study.joint_text(joint, " in joint {}")
-    note = f"Ranked by the largest normal force{joint_text}. p99 is exceeded during 1 % of the time."
-    return Table("by_speed", title, note, columns, rows)
-
-
 # Reliability of the figures: failures, ranges of laws, periodicity, convergence, budget of unknowns.
 
 NO_BUDGET = Markup(
@@ -463,12 +455,9 @@ def failure_sections(study: Study) -> list[Section]:
     ordered = sorted(failures_by_status(study).items(), key=lambda pair: (-pair[1], pair[0]))
     reasons = Markup(", ").join(Markup("{} {} <b>{}</b>").format(number, TIMES, status) for status, number in ordered)
     reasons_sentence = Markup("{}. <code>clearsweep run --retry-failed</code> runs them again.").format(reasons)
-    return [Section("failures", "Failed cases", [Sentences([reasons_sentence]), _failure_table(study)])]
-
-
-def _failure_table(study: Study) -> Table:
     labels = study.label_columns
     columns = [Column("case_id"), *map(Column, labels), *axis_columns(study, study.swept())]
     columns += columns_of("status | reason")
     shown_columns = [*labels, *(axis.path for axis in study.swept()), "status", "message"]
-    return Table("failed", "Failed cases", "", columns, CaseRows(study.failed, shown_columns))
+    table = Table("failed", "Failed cases", "", columns, CaseRows(study.failed, shown_columns))
+    return [Section("failures", "Failed cases", [Sentences([reasons_sentence]), table])]

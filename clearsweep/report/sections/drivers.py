@@ -1,7 +1,7 @@
 """What drives the figures: effects of each axis, trends of wear, one figure over another."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from ..effects import (
     yield_speed_sentence,
 )
 from ..one_case.joints import deepest_along_axis
+from ..plot import Axes
 from ..study import (
     EXCLUDED_STARTS_NOTE,
     P99_OVER_IDEAL,
@@ -267,18 +268,15 @@ def trend_sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing wears, nothing turns or no case finished."""
     if study.cases.empty or not study.is_driven:
         return []
-    answers = [answer for joint in study.joints if joint.wears for answer in _answers(study, joint)]
+    answers: list[Answer] = []
+    for joint in study.joints:
+        if joint.wears and study.has(joint.column(WEAR_PER_MILLION_STROKES)):
+            concerned = [(claim, axis) for claim in CLAIMS for axis in study.levels() if concerns(claim, axis, joint)]
+            answers += judged(study, joint, concerned) + _unevenness(study, joint)
+            answers += [answer for claim, axis in concerned for answer in _reasons(study, joint, axis)]
     if not answers:
         return []
     return [Section("wear-trends", "Trends of wear", [Points(_points(study, answers)), _trend_table(study, answers)])]
-
-
-def _answers(study: Study, joint: Joint) -> list[Answer]:
-    if not study.has(joint.column(WEAR_PER_MILLION_STROKES)):
-        return []
-    concerned = [(claim, axis) for claim in CLAIMS for axis in study.levels() if concerns(claim, axis, joint)]
-    reasons = [answer for claim, axis in concerned for answer in _reasons(study, joint, claim, axis)]
-    return judged(study, joint, concerned) + _unevenness(study, joint) + reasons
 
 
 def concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
@@ -317,7 +315,7 @@ def _doubled(exponent: Estimate) -> Estimate:
     return Estimate(*(2.0**value for value in exponent))
 
 
-def _reasons(study: Study, joint: Joint, claim: Claim, axis: Axis) -> list[Answer]:
+def _reasons(study: Study, joint: Joint, axis: Axis) -> list[Answer]:
     """Return how volume and pressure change with the value of a claim, which decide nothing."""
     matches, answers = match_cases(study, axis), []
     depth, per_strokes = (
@@ -377,16 +375,8 @@ def _points(study: Study, answers: list[Answer]) -> list[str]:
 def _trend_table(study: Study, answers: list[Answer]) -> Table:
     columns = columns_of("wear is | joint | answer | measured | median | interval from | to | number | of")
     rows = [
-        (
-            each.title,
-            each.joint.title,
-            each.verdict,
-            each.measure,
-            *each.estimate,
-            count_cell(each.number),
-            each.counted,
-        )
-        for each in answers
+        (title, joint.title, verdict, measure, *estimate, count_cell(number), counted)
+        for title, joint, measure, estimate, number, counted, verdict in answers
     ]
     return Table("wear_trends", "Trends of wear in this run", NOTE, columns, rows)
 
@@ -394,60 +384,41 @@ def _trend_table(study: Study, answers: list[Answer]) -> Table:
 # All cases at a glance: one figure over another, a point for each case.
 
 
-class ScatterPlot(NamedTuple):
-    """One figure over another: columns of the summary and their names."""
-
-    title: str
-    x: str
-    x_name: str
-    y: str
-    y_name: str
-    caption: str
-
-
 def tradeoff_sections(study: Study) -> list[Section]:
     """Return the clouds of the peak over p99, output error and fastest onset, or [] for few cases."""
     if len(study.cases) < 3 or not study.is_driven or not study.joints:
         return []
     joint = study.most_loaded_joint()
-    p99 = joint.column("force_p99")
-    peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
+    p99, peak, onset = (joint.column(figure) for figure in ("force_p99", "force_peak", "onset_rate_max"))
     p99_note = "Cases of equal p99 have different peaks: p99 ignores impacts shorter than 1 % of the time."
-    elastic_note = yield_speed_sentence(study, joint)
-    scatter_plots = (
-        ScatterPlot("Force peak against p99", p99, "force p99", peak, "force peak", p99_note),
-        ScatterPlot(
-            "Position error against force",
-            study.column("error_max"),
-            f"{study.run.layout.output} error",
-            peak,
-            "force peak",
-            "Points further down and to the left are better.",
-        ),
-        ScatterPlot("Force peak against onset rate", onset, "fastest onset", peak, "force peak", elastic_note),
+    error_name, error_note = f"{study.run.layout.output} error", "Points further down and to the left are better."
+    clouds = (
+        ("Force peak against p99", p99, "force p99", p99_note),
+        ("Position error against force", study.column("error_max"), error_name, error_note),
+        ("Force peak against onset rate", onset, "fastest onset", yield_speed_sentence(study, joint)),
     )
     strongest = next((effect.axis for effect in main_effects_of(study, peak)), None)
     pictures = [
-        _tradeoff_picture(study, strongest, scatter_plot)
-        for scatter_plot in scatter_plots
-        if study.cases.varies(scatter_plot.x) and study.cases.varies(scatter_plot.y)
+        Picture(
+            title,
+            caption,
+            f"Cloud of {len(study.cases)} cases: force peak over {name}.",
+            _cloud_painter(study, strongest, (column, peak), (name, "force peak")),
+        )
+        for title, column, name, caption in clouds
+        if study.cases.varies(column) and study.cases.varies(peak)
     ]
     return section("tradeoffs", "All cases at a glance", Gallery("Each point is a finished case.", pictures))
 
 
-def _tradeoff_picture(study: Study, axis: Axis | None, scatter_plot: ScatterPlot) -> Picture:
-    """Return a cloud, coloured by the values of an axis, if any."""
+def _cloud_painter(
+    study: Study, axis: Axis | None, columns: tuple[str, str], names: tuple[str, str]
+) -> Callable[[Axes], None]:
+    """Return the painter of the second of two columns over the first, coloured by the values of an axis, if any."""
     colour = axis and (study.indices_on(axis), axis)
-    x, y = (study.cases[column] for column in (scatter_plot.x, scatter_plot.y))
+    x, y = (study.cases[column] for column in columns)
     x, y, colour = comparison.without_covered_points(x, y, colour)
     if colour:
-        value_indices = colour[0]
-        colour = (np.where(value_indices < 0, np.nan, value_indices), colour[1])
-    names = (scatter_plot.x_name, scatter_plot.y_name)
-    scales = (study.scale(scatter_plot.x), study.scale(scatter_plot.y))
-    return Picture(
-        scatter_plot.title,
-        scatter_plot.caption,
-        f"Cloud of {len(study.cases)} cases: {scatter_plot.y_name} over {scatter_plot.x_name}.",
-        lambda ax: comparison.draw_cloud(ax, x, y, colour, names, scales),
-    )
+        colour = (np.where(colour[0] < 0, np.nan, colour[0]), colour[1])
+    scales = (study.scale(columns[0]), study.scale(columns[1]))
+    return lambda ax: comparison.draw_cloud(ax, x, y, colour, names, scales)

@@ -374,14 +374,10 @@ def _strictest_limit_values(study: Study, limit: Limit, x_axis: Axis) -> np.ndar
 
 
 def deepest_wear_sections(study: Study) -> list[Section]:
-    """Return the section, or [] if nothing wears or no case finished."""
-    return [] if study.cases.empty else section("lasting", "Wear", Gallery("", _wear_maps(study)))
-
-
-def _wear_maps(study: Study) -> list[Picture]:
-    """Return the map of wear of the joint that wears deepest."""
+    """Return the section with the map of the joint that wears deepest, or [] if nothing wears or no case finished."""
     wearing = [joint for joint in study.joints if joint.wears and study.has(joint.column(WEAR_PER_1000_HOURS))]
     if not wearing:
         return []
     deepest = max(wearing, key=lambda joint: study.cases.largest(joint.column(WEAR_PER_1000_HOURS)))
-    return pictures_over_axes(study, deepest, WEAR_PER_1000_HOURS, "wear depth per 1000 h")
+    pictures = pictures_over_axes(study, deepest, WEAR_PER_1000_HOURS, "wear depth per 1000 h")
+    return section("lasting", "Wear", Gallery("", pictures))

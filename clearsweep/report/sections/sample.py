@@ -48,7 +48,12 @@ def sample_sections(study: Study) -> list[Section]:
             return []  # they are part of the answer
         blocks: list[Block] = [Points(_spread_sentences(study, samples)), limit_table(study, all_samples)]
         return section("sample", "Probabilistic study", *blocks)
-    return section("sample", "What drives the spread", *_sensitivity(study, samples))
+    table_of = index_table if study.run.grid["sample"]["method"] == "saltelli" else effect_table
+    try:
+        table, sentences = table_of(study, samples)
+    except InputError as refusal:
+        return section("sample", "What drives the spread", Sentences([f"No sensitivity. {refusal}"]))
+    return section("sample", "What drives the spread", Sentences(sentences), table)
 
 
 def leading_sample_sections(study: Study) -> list[Section]:
@@ -126,34 +131,25 @@ def folded_sample_sections(study: Study) -> list[Section]:
         return []
     all_samples = effects.samples_of(study.run)
     is_one_sample = judged.is_one_sample(study.run.grid)
+    scatter_plots = [  # of the first figures but one, which is seen at once
+        scatter_plot
+        for figure in _scattered_figures(study)[1:]
+        for scatter_plot in _scatter_plots(study, _sample_with_largest(samples, figure), figure)
+    ]
+    histograms = [
+        _histogram(study, sample, figure)
+        for figure in limited_figures(study)
+        for sample in samples
+        if np.isfinite(sample.figures[figure.column]).any()
+    ]
     blocks: list[Block] = [
         *([limit_table(study, all_samples)] if is_one_sample else []),
         spread_table(study, samples),
-        Gallery(SCATTER_NOTE, _further_scatter_plots(study, samples), small=True),
+        Gallery(SCATTER_NOTE, scatter_plots, small=True),
         rank_table(study, samples),
-        Gallery(NOTE, _histograms(study, samples), small=True),
+        Gallery(NOTE, histograms[:MAX_HISTOGRAMS], small=True),
     ]
     return section("sample-spread", "Spread of the figures", *blocks)
-
-
-def _sensitivity(study: Study, samples: list[Sample]) -> list[Block]:
-    """Return the sensitivities for which the design was made, or the reason why they are missing."""
-    table_of = index_table if study.run.grid["sample"]["method"] == "saltelli" else effect_table
-    try:
-        table, sentences = table_of(study, samples)
-    except InputError as refusal:
-        return [Sentences([f"No sensitivity. {refusal}"])]
-    return [Sentences(sentences), table]
-
-
-def _further_scatter_plots(study: Study, samples: list[Sample]) -> list[Picture]:
-    """Return pictures of the first figures over the variables that correlate most with them; [] for too few cases."""
-    figures = _scattered_figures(study)[1:]  # the first is seen at once
-    return [
-        scatter_plot
-        for figure in figures
-        for scatter_plot in _scatter_plots(study, _sample_with_largest(samples, figure), figure)
-    ]
 
 
 def _scattered_figures(study: Study) -> list[LimitedFigure]:
@@ -197,16 +193,6 @@ def _strength_text(correlation: Estimate) -> str:
     low, high = sorted(abs(end) for end in correlation[1:])
     strength, *ends = (wording.number_text(size, 2) for size in (abs(correlation.value), low, high))
     return f"It {direction_verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
-
-
-def _histograms(study: Study, samples: list[Sample]) -> list[Picture]:
-    pictures = [
-        _histogram(study, sample, figure)
-        for figure in limited_figures(study)
-        for sample in samples
-        if np.isfinite(sample.figures[figure.column]).any()
-    ]
-    return pictures[:MAX_HISTOGRAMS]
 
 
 def _histogram(study: Study, sample: Sample, figure: LimitedFigure) -> Picture:

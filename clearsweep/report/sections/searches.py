@@ -11,7 +11,7 @@ from ...contracts.case import value_at
 from ...language import quantity, wording
 from ...language.wording import is_missing
 from ...searches import SENSES
-from ..axis import Axis, first_sought_path, sought_paths
+from ..axis import Axis, sought_paths
 from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, columns_of, count_cell
 from ..draw import BLUE, RED, set_plain_axes
@@ -101,13 +101,11 @@ def _limiting_text(study: Study, answers: _Answers, row: dict[str, Any]) -> str:
 
 
 def _read_answers(study: Study) -> _Answers | None:
-    path, frame = first_sought_path(study.run.grid), study.run.seek
-    if not path or frame is None or frame.empty:
+    paths, frame = sought_paths(study.run.grid), study.run.seek
+    if not paths or frame is None or frame.empty:
         return None
-    axis = next(axis for axis in study.axes if axis.path == path)
-    others = tuple(
-        axis for axis in study.axes if axis.path not in sought_paths(study.run.grid) and len(axis.values) > 1
-    )
+    axis = next(axis for axis in study.axes if axis.path == paths[0])
+    others = tuple(axis for axis in study.axes if axis.path not in paths and len(axis.values) > 1)
     rows: list[dict[str, Any]] = [
         {name: None if is_missing(value) else value for name, value in row.items()} for row in frame.to_dict("records")
     ]

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -201,28 +201,6 @@ def _tolerance_picture(medians: np.ndarray, columns: list[str]) -> Picture:
     )
 
 
-# Drawing of an error budget: a bar per unknown, from the lowest to the highest change of a figure.
-
-
-def draw_tornado(ax: Axes, bar_rows: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
-    """Draw bars from the bottom up: name, relative change down and up from the base case, settings at both ends."""
-    positions = np.arange(len(bar_rows), dtype=float)
-    low_changes, high_changes = (100.0 * np.array([bar_row[column] for bar_row in bar_rows]) for column in (1, 2))
-    ax.barh(positions, low_changes, high_changes, height=0.6, color=BLUE, alpha=0.75)
-    style: dict[str, Any] = {"va": "center", "size": 7.0}
-    for position, (_, low, high, low_setting, high_setting) in zip(positions.tolist(), bar_rows, strict=True):
-        if low < 0.0:
-            ax.text(100.0 * low, position, low_setting, ha="right", offset=-3.0, **style)
-        if high > 0.0:
-            ax.text(100.0 * high, position, high_setting, offset=3.0, **style)
-    ax.axvline(0.0, color=INK, linewidth=1.0)
-    ax.yaxis.set_ticks(positions.tolist(), [bar_row[0].replace(" and ", "\nand ") for bar_row in bar_rows])
-    ax.set_tick_length(0.0, "y")
-    ax.xaxis.margin = 0.25  # space for the words next to the bars
-    ax.xaxis.label = f"change of {name} [%]"
-    set_plain_axes(ax)
-
-
 # An error budget: effects of single unknowns on the force peak, from a base case and one-at-a-time changes.
 
 MIN_UNKNOWNS = 3  # unknowns of a budget
@@ -342,24 +320,35 @@ def _values_text(study: Study, bar: Bar, case_id: str) -> str:
 
 
 def _budget_picture(study: Study, bars: list[Bar]) -> Picture:
-    rows = [
-        (
-            bar.unknown.name,
-            bar.decrease,
-            bar.increase,
-            _values_text(study, bar, bar.case_of_decrease),
-            _values_text(study, bar, bar.case_of_increase),
-        )
-        for bar in reversed(bars)
-    ]
+    """Return the tornado: a bar per unknown, the largest at the top, with the settings at both of its ends."""
     alt = "; ".join(
         f"{bar.unknown.name}: {_percent_text(bar.decrease)} to {_percent_text(bar.increase)}" for bar in bars
     )
+
+    def paint(ax: Axes) -> None:
+        drawn, positions = bars[::-1], np.arange(len(bars), dtype=float)
+        changes = (100.0 * np.array([getattr(bar, name) for bar in drawn]) for name in ("decrease", "increase"))
+        ax.barh(positions, *changes, height=0.6, color=BLUE, alpha=0.75)
+        style: dict[str, Any] = {"va": "center", "size": 7.0}
+        for position, bar in zip(positions.tolist(), drawn, strict=True):
+            if bar.decrease < 0.0:
+                setting = _values_text(study, bar, bar.case_of_decrease)
+                ax.text(100.0 * bar.decrease, position, setting, ha="right", offset=-3.0, **style)
+            if bar.increase > 0.0:
+                setting = _values_text(study, bar, bar.case_of_increase)
+                ax.text(100.0 * bar.increase, position, setting, offset=3.0, **style)
+        ax.axvline(0.0, color=INK, linewidth=1.0)
+        ax.yaxis.set_ticks(positions.tolist(), [bar.unknown.name.replace(" and ", "\nand ") for bar in drawn])
+        ax.set_tick_length(0.0, "y")
+        ax.xaxis.margin = 0.25  # space for the words next to the bars
+        ax.xaxis.label = f"change of {PEAK.name} [%]"
+        set_plain_axes(ax)
+
     return Picture(
         "Error budget",
         "effect of each unknown alone on the force peak",
         f"Bars of the change of the force peak by unknown. {alt}",
-        lambda ax: draw_tornado(ax, rows, PEAK.name),
+        paint,
         size=(7.0, 0.8 + 0.34 * len(bars)),
     )
 
