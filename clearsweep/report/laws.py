@@ -1,6 +1,7 @@
 """Comparisons of laws in tables and pictures: elastic laws, restitution, and the designs that meet the limits."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,8 +14,9 @@ from ..language.errors import InputError
 from .axis import PEAK, Axis
 from .blocks.section import Part, Picture
 from .blocks.table import Column, Quantity, Table, columns_of, count_cell
-from .draw import comparison
+from .draw import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, comparison, set_plain_axes
 from .effects import MatchedCases, MatchedTable, axis_key
+from .plot import Axes
 from .study import Joint, Study, joint_with_laws, resolve_cases
 
 # Compares the elastic laws in one joint: force over penetration, and the ratios of these forces.
@@ -24,6 +26,8 @@ DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 REFERENCE_DEPTH = 1  # index in DEPTHS of the depth by which laws are ordered
 VALID_VERDICT = (simulation.SUITABLE, "")  # verdict on a law without objection
 CURVE_DEPTHS = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
+CURVE_COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
+MIN_LABEL_LINES, LABEL_FONT_SIZE = 24, 6.5  # lines available for names next to a drawing; font size, points
 
 
 def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
@@ -182,23 +186,55 @@ def _joint_text(section: case.Joint) -> str:
 
 
 def _force_curves(sections: dict[str, case.Joint], used_laws: list[str]) -> Picture:
-    """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law."""
+    """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law.
+
+    Laws that are not used are grey, each with its name at the right end.
+    """
     curves = {law: np.array(simulation.elastic_forces(section, CURVE_DEPTHS)) for law, section in sections.items()}
     by_last_force = sorted(curves, key=lambda law: -curves[law][-1])
-    drawn_curves = [(law, curves[law], law in used_laws) for law in by_last_force]
+    unused = [(law, curves[law][-1]) for law in by_last_force if law not in used_laws]
+
+    def paint(ax: Axes) -> None:
+        scale, used_count = wording.scale("m", CURVE_DEPTHS), 0
+        for law in by_last_force:
+            style: dict[str, Any] = {"color": PALE, "linewidth": 1.1, "zorder": 1}
+            if law in used_laws:
+                dash = ("-", "--", ":")[used_count // len(CURVE_COLOURS) % 3]
+                colour = CURVE_COLOURS[used_count % len(CURVE_COLOURS)]
+                style = {"color": colour, "linestyle": dash, "linewidth": 1.6, "label": law, "zorder": 2}
+                used_count += 1
+            ax.plot(CURVE_DEPTHS / scale.factor, curves[law], **style)
+        ax.set_log("x", "y")
+        ax.set_labels(f"penetration [{scale.unit}]", "elastic force [N]")
+        ax.xaxis.formatter = ax.yaxis.formatter = lambda value: wording.short_number_text(value, 2)
+        _label_curve_ends(ax, CURVE_DEPTHS[-1] / scale.factor, unused)
+        set_plain_axes(ax)
+        ax.set_legend("inside" if unused else "centre right", sample=2.4)
+
     forces = {law: simulation.elastic_forces(section, DEPTHS)[REFERENCE_DEPTH] for law, section in sections.items()}
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     depth = wording.scale("m", DEPTHS[REFERENCE_DEPTH]).exact_text(DEPTHS[REFERENCE_DEPTH])
     alt = f"At {depth} {softest} is the softest law and {stiffest} the stiffest."
     if len(forces) < 2:
         alt = f"Force of {softest} against penetration."
-    return Picture(
-        "Elastic force against penetration",
-        "",
-        alt,
-        lambda ax: comparison.draw_elastic_forces(ax, CURVE_DEPTHS, drawn_curves),
-        size=(4.6, 3.4),
-    )
+    return Picture("Elastic force against penetration", "", alt, paint, size=(4.6, 3.4))
+
+
+def _label_curve_ends(ax: Axes, depth: float, curve_ends: Sequence[tuple[str, float]]) -> None:
+    """Label curves at their right ends (at `depth` on the axis, force in N), each label on its own line."""
+    curve_ends = sorted(curve_ends, key=lambda end: end[1])
+    low, high = np.log(ax.yaxis.limits())
+    edge = float(ax.xaxis.fraction(depth))
+    spacing = (high - low) / max(len(curve_ends), MIN_LABEL_LINES)
+    heights = [float(np.log(force)) for _, force in curve_ends]
+    for k in range(1, len(heights)):
+        heights[k] = max(heights[k], heights[k - 1] + spacing)
+    for k in reversed(range(len(heights))):
+        heights[k] = min(heights[k], high - spacing * (len(heights) - k - 0.5))
+    for (name, force), height in zip(curve_ends, heights, strict=True):
+        place = (1.06, float(np.exp(height)))
+        ax.leader((edge, force), place, color=PALE, linewidth=0.5)
+        ax.text(*place, name, spans_width=True, va="center", colour=GREY, size=LABEL_FONT_SIZE)
 
 
 # Specified and effective restitution of laws.
@@ -308,15 +344,25 @@ def _restitution_sentences(rows: list[EffectiveRestitution]) -> list[str]:
 
 
 def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
-    points = [(row.law, row.specified, row.effective) for row in rows]
-    alt = "; ".join(f"{law}, specified {specified:.3g}: {effective:.3g}" for law, specified, effective in points)
-    return Picture(
-        "Restitution of a free impact",
-        "Computed for a free impact, and compared with the specified restitution.",
-        f"Restitution by {axis.name}. {alt}",
-        lambda ax: comparison.draw_restitutions(ax, points),
-        size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),
-    )
+    """Return the picture of the specified and the effective restitution by law."""
+    names = list(dict.fromkeys(row.law for row in rows))[::-1]
+
+    def paint(ax: Axes) -> None:
+        open_circle: dict[str, Any] = {"markerfacecolor": "#ffffff", "color": INK, "markersize": 6}
+        for number, row in enumerate(rows):
+            position, labels = names.index(row.law), ("", "") if number else ("specified", "computed")
+            ends = [row.specified, row.effective]
+            ax.plot(ends, [position, position], "-", color=GREY, linewidth=1.2, zorder=1)
+            ax.plot(row.specified, position, "o", label=labels[0], **open_circle)
+            ax.plot(row.effective, position, "D", color=RED, markersize=4.5, label=labels[1])
+        comparison.label_rows(ax, names)
+        ax.xaxis.label = "restitution"
+        ax.set_legend("above", columns=2)
+
+    texts = "; ".join(f"{row.law}, specified {row.specified:.3g}: {row.effective:.3g}" for row in rows)
+    caption = "Computed for a free impact, and compared with the specified restitution."
+    size = (4.2, 1.15 + 0.22 * len(names))
+    return Picture("Restitution of a free impact", caption, f"Restitution by {axis.name}. {texts}", paint, size)
 
 
 # Effect of the choice of a law on the designs that meet the limits.

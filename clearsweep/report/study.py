@@ -29,7 +29,7 @@ from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN, Limit, limits_a
 from ..answers.words import Words
 from ..contracts.case import Case, value_at
 from ..contracts.case import Joint as CaseJoint
-from ..contracts.catalogue import Catalogue
+from ..contracts.catalogue import Catalogue, Figure, figure, shown
 from ..contracts.layout import JointLayout
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
@@ -44,7 +44,7 @@ from .axis import Axis, LeadingFigure, Rows, axes_of, dependent_values, index_on
 CASE_SECTIONS = ("laws", "define", "mechanism", "drive", "loads", "life", "joints", "simulate", "save", "vibration")
 MAX_NAMED_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
-#: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
+#: Figures of a joint computed here, see COMPUTED_FIGURES.
 P99_OVER_IDEAL = "p99_over_ideal"
 WEAR_PER_1000_HOURS = "wear_depth_1000_hours"
 WEAR_PER_MILLION_STROKES = "wear_depth_million_strokes"
@@ -282,11 +282,11 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
         *(column.name for column in run.layout.columns if column.kind == "text"),
     }
     derived = {
-        joint.column(figure): (unit, functools.partial(compute, joint))
+        joint.column(figure.name): (figure.unit, functools.partial(compute, joint))
         for joint in joints
-        for figure, unit, needed, compute in _DERIVED_FIGURES
-        if joint.column(needed) in run.columns and (figure == P99_OVER_IDEAL or joint.wears)
-        if figure != WEAR_PER_MILLION_STROKES or "drive" in base
+        for figure, needed, compute in COMPUTED_FIGURES
+        if joint.column(needed) in run.columns and (joint.wears or "wear" not in figure.needs)
+        if "drive" in base or "turns" not in figure.needs
     }
     units |= {column: unit for column, (unit, _) in derived.items()}
     definitions = grid.definitions_of_resolved(record)
@@ -322,18 +322,39 @@ def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:
     return cases[joint.column("force_p99")] / np.where(ideal > 0.0, ideal, np.nan)
 
 
-#: Of the figures that are computed here: name, unit, the column that they need, the function that computes them.
-_DERIVED_FIGURES = (
-    (P99_OVER_IDEAL, "1", "force_peak_ideal", _p99_over_ideal),
-    (
-        WEAR_PER_1000_HOURS,
-        "m",
+class ComputedFigure(NamedTuple):
+    """A figure of a joint that is computed of columns of the summary."""
+
+    figure: Figure
+    needed: str  # the figure without which there is none
+    compute: Callable[..., np.ndarray]  # (joint, cases, base) -> (cases,) SI
+
+
+COMPUTED_FIGURES = (
+    ComputedFigure(
+        figure(
+            f"{P99_OVER_IDEAL} [1]: force p99 divided by the force peak without clearance",
+            tables=shown("p99 / ideal", forces=5, effects=3),
+        ),
+        "force_peak_ideal",
+        _p99_over_ideal,
+    ),
+    ComputedFigure(
+        figure(
+            f"{WEAR_PER_1000_HOURS} [m]: largest wear depth after 1000 hours at the wear rate of the window",
+            needs=("wear",),
+            tables=shown("depth per 1000 h", wear=51),
+        ),
         "wear_rate_max",
         lambda joint, cases, base: 3.6e6 * cases[joint.column("wear_rate_max")],
     ),
-    (
-        WEAR_PER_MILLION_STROKES,
-        "m",
+    ComputedFigure(
+        figure(
+            f"{WEAR_PER_MILLION_STROKES} [m]: largest wear depth after a million crank revolutions at the wear rate of "
+            "the window",
+            needs=("wear", "turns"),
+            tables=shown("depth per 10⁶ strokes", wear=52),
+        ),
         "wear_rate_max",
         lambda joint, cases, base: 1e6 * cases[joint.column("wear_depth_max")] / recorded_revolutions(cases, base)[1],
     ),

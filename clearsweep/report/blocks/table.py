@@ -11,13 +11,12 @@ import numpy as np
 
 from ... import simulation
 from ...answers import verdict
-from ...contracts.catalogue import figure, shown
 from ...contracts.layout import Column as LayoutColumn
 from ...language import wording
 from ...language.wording import is_missing
 from ...store import durable
 from ..axis import Axis, Rows
-from ..study import P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
+from ..study import COMPUTED_FIGURES, Joint, Study
 
 # A table of the report: its columns and rows in SI for the CSV file, and as text with units for the page.
 
@@ -289,42 +288,20 @@ def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:
 
 # Determines the figures, the order and the headings of a table from the descriptions of the figures.
 
-#: The figures that are computed of columns of the summary, see `study`.
-COMPUTED_FIGURES = (
-    figure(
-        f"{P99_OVER_IDEAL} [1]: force p99 divided by the force peak without clearance",
-        of="joint",
-        needs=("turns",),
-        tables=shown("p99 / ideal", forces=5, effects=3),
-    ),
-    figure(
-        f"{WEAR_PER_1000_HOURS} [m]: largest wear depth after 1000 hours at the wear rate of the window",
-        of="joint",
-        needs=("wear",),
-        tables=shown("depth per 1000 h", wear=51),
-    ),
-    figure(
-        f"{WEAR_PER_MILLION_STROKES} [m]: largest wear depth after a million crank revolutions at the wear rate of the "
-        "window",
-        of="joint",
-        needs=("wear", "turns"),
-        tables=shown("depth per 10⁶ strokes", wear=52),
-    ),
-)
-
 
 def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> list[tuple[str, str]]:
     """Return column and heading of the figures of a joint and of the mechanism in a table, the joint's first.
 
     Without `joint`, the figures of all joints are returned; if there are several joints, headings name them.
     """
-    entries = {figure.name: figure.tables for figure in (*simulation.catalogue().figures, *COMPUTED_FIGURES)}
+    computed_figures = [figure for figure, _, _ in COMPUTED_FIGURES]
+    entries = {figure.name: figure.tables for figure in (*simulation.catalogue().figures, *computed_figures)}
     joint_order = {joint.name: joint_index for joint_index, joint in enumerate(study.joints)}
     ordered_columns = []
     computed = (
         LayoutColumn(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
         for joint in study.joints
-        for figure in COMPUTED_FIGURES
+        for figure in computed_figures
     )
     for column in (*study.run.layout.columns, *computed):
         if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):

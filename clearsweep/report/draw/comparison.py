@@ -1,6 +1,5 @@
 """Drawings that compare cases: effects, strips, curves, clouds, histograms."""
 
-import itertools
 import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -14,13 +13,8 @@ from ..effects import MainEffect
 from ..plot import Axes, ColourScale
 from . import (
     BLUE,
-    GREEN,
-    GREY,
     INK,
     MAX_LABELLED_TICKS,
-    ORANGE,
-    PALE,
-    PURPLE,
     RED,
     draw_axis_colour_bar,
     label_values,
@@ -29,11 +23,9 @@ from . import (
     set_plain_axes,
 )
 
-CURVE_COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
 MAX_BIN_EDGES = 41  # largest number of bin edges of a histogram
 MANY_POINTS = 300  # points of a cloud above which they are smaller
 MAX_POINTS = 50_000  # points of a cloud above which covered points are omitted
-MIN_LABEL_LINES, LABEL_FONT_SIZE = 24, 6.5  # lines available for names next to a drawing; font size, points
 NAMES_LEFT = -0.12  # left end of names above a drawing, as a share of its width
 MAX_SIDE_NAME_LENGTH = 10  # letters of a curve's name above which names are placed at the top
 GRID_CELLS = 300  # per side of a cloud: each is smaller than a point
@@ -137,62 +129,11 @@ def draw_strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, sc
     all_values = np.concatenate([values for _, values in groups])
     if all_values.min() > 0.0 and all_values.max() > 4.0 * all_values.min():  # else a log axis has no ticks
         set_log_scale(ax, "x")
-    _label_rows(ax, [group_name for group_name, _ in groups])
+    label_rows(ax, [group_name for group_name, _ in groups])
     ax.xaxis.label = label_with_unit(name, scale)
 
 
-def draw_restitutions(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
-    """Draw the specified and the effective restitution by law; a row is (name, specified, effective)."""
-    names = list(dict.fromkeys(row[0] for row in rows))[::-1]
-    for row_index, (name, specified, effective) in enumerate(rows):
-        position, labels = names.index(name), ("", "") if row_index else ("specified", "computed")
-        ax.plot([specified, effective], [position, position], "-", color=GREY, linewidth=1.2, zorder=1)
-        open_circle: dict[str, Any] = {"markerfacecolor": "#ffffff", "color": INK, "markersize": 6}
-        ax.plot(specified, position, "o", label=labels[0], **open_circle)
-        ax.plot(effective, position, "D", color=RED, markersize=4.5, label=labels[1])
-    _label_rows(ax, names)
-    ax.xaxis.label = "restitution"
-    ax.set_legend("above", columns=2)
-
-
-def draw_elastic_forces(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
-    """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used); others are grey."""
-    scale = wording.scale("m", depths)
-    used_counts = itertools.accumulate((is_used for *_, is_used in curves), initial=0)  # before each curve
-    for (name, forces, is_used), used_count in zip(curves, used_counts, strict=False):
-        style: dict[str, Any] = {"color": PALE, "linewidth": 1.1, "zorder": 1}
-        if is_used:
-            dash = ("-", "--", ":")[used_count // len(CURVE_COLOURS) % 3]
-            colour = CURVE_COLOURS[used_count % len(CURVE_COLOURS)]
-            style = {"color": colour, "linestyle": dash, "linewidth": 1.6, "label": name, "zorder": 2}
-        ax.plot(depths / scale.factor, forces, **style)
-    ax.set_log("x", "y")
-    ax.set_labels(f"penetration [{scale.unit}]", "elastic force [N]")
-    ax.xaxis.formatter = ax.yaxis.formatter = lambda value: wording.short_number_text(value, 2)
-    unused = [(name, forces[-1]) for name, forces, is_used in curves if not is_used]
-    _label_curve_ends(ax, depths[-1] / scale.factor, unused)
-    set_plain_axes(ax)
-    ax.set_legend("inside" if unused else "centre right", sample=2.4)
-
-
-def _label_curve_ends(ax: Axes, depth: float, curve_ends: Sequence[tuple[str, float]]) -> None:
-    """Label curves at their right ends (at `depth` on the axis, force in N), each label on its own line."""
-    curve_ends = sorted(curve_ends, key=lambda end: end[1])
-    low, high = np.log(ax.yaxis.limits())
-    edge = float(ax.xaxis.fraction(depth))
-    spacing = (high - low) / max(len(curve_ends), MIN_LABEL_LINES)
-    heights = [float(np.log(force)) for _, force in curve_ends]
-    for k in range(1, len(heights)):
-        heights[k] = max(heights[k], heights[k - 1] + spacing)
-    for k in reversed(range(len(heights))):
-        heights[k] = min(heights[k], high - spacing * (len(heights) - k - 0.5))
-    for (name, force), height in zip(curve_ends, heights, strict=True):
-        place = (1.06, float(np.exp(height)))
-        ax.leader((edge, force), place, color=PALE, linewidth=0.5)
-        ax.text(*place, name, spans_width=True, va="center", colour=GREY, size=LABEL_FONT_SIZE)
-
-
-def _label_rows(ax: Axes, names: Sequence[str]) -> None:
+def label_rows(ax: Axes, names: Sequence[str]) -> None:
     """Label the rows of a drawing, from the bottom up."""
     ax.yaxis.set_ticks(range(len(names)), names)
     ax.set_ylim(-0.6, len(names) - 0.4)

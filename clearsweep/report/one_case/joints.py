@@ -12,7 +12,6 @@ from ...contracts.case import Case
 from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
-from ...language.wording import Scale
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Interactive, Picture
 from ..draw import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
 from ..draw.machine import draw_mechanism, picture_height
@@ -87,57 +86,10 @@ def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> dict[str, np.nda
     return columns
 
 
-# Drawings of wear: depth around a body, along its surface and, for spatial joints, along its axis.
+# Wear depths by angular bin.
 
 MAX_SECTORS = 180  # of a circle, at most
 BODY_STYLES = (("bearing", BLUE, "-"), ("journal", RED, "--"))  # name, colour, line
-
-
-def draw_around(ax: Axes, depth: np.ndarray, body: int, scale: Scale, max_depth: float) -> None:
-    """Draw the depths (m, one per angular bin) of the bearing (`body` 0) or the journal (1), up to `max_depth` (m).
-
-    The deepest bin is marked, the mean is a dotted circle.
-    """
-    colour = BODY_STYLES[body][1]
-    scaled_depths = depth / scale.factor
-    drawn_depths = deepest_per_sector(depth, MAX_SECTORS) / scale.factor
-    ax.fill(_angles(drawn_depths), drawn_depths, facecolor=colour, alpha=0.25, edgecolor=colour, linewidth=1.2)
-    ax.plot(
-        np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, scaled_depths.mean()), color=INK, linewidth=0.9, linestyle=":"
-    )
-    ax.plot(_angles(scaled_depths)[scaled_depths.argmax()], scaled_depths.max(), "o", color=colour, markersize=4.5)
-    ax.xaxis.set_ticks(np.radians(np.arange(0, 360, 45)).tolist())
-    ax.yaxis.tick_rule = round_ticks(4)
-    ax.set_ylim(0.0, 1.08 * max_depth / scale.factor if max_depth > 0.0 else None)
-    ax.yaxis.font_size = 7.0
-    ax.set_grid(PALE)
-    ax.xaxis.label = f"depth [{scale.unit}]"
-
-
-def draw_over_angle(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
-    """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
-    for depth, (name, colour, dash) in zip(depths, BODY_STYLES, strict=True):
-        deepest = deepest_per_sector(depth, MAX_SECTORS)
-        x, y = np.degrees(_angles(deepest)), deepest / scale.factor
-        ax.plot(x, y, color=colour, linestyle=dash, linewidth=1.2, label=name)
-    ax.xaxis.tick_rule = multiples_of(90)
-    ax.set_xlim(0.0, 360.0)
-    ax.set_labels("angle on the body [°]", f"depth [{scale.unit}]")
-    ax.set_ylim(0.0, None)
-    set_plain_axes(ax)
-    ax.set_legend("above", columns=2)
-
-
-def draw_unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
-    """Draw wear depths (bins, length bins) m around a body and along it, unrolled; length : m, of the body."""
-    scale, length_scale = wording.scale("m", depth.ravel()), wording.scale("m", length)
-    edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / length_scale.factor
-    angles, max_depth = np.linspace(0.0, 360.0, depth.shape[0] + 1), max(depth.max(initial=0.0), np.finfo(float).tiny)
-    colours = ColourScale(0.0, float(max_depth) / scale.factor)
-    ax.cells(angles, edges, depth.T / scale.factor, colours)
-    ax.set_labels("angle from the body's x axis [°]", f"along the axis [{length_scale.unit}]")
-    ax.xaxis.tick_rule = multiples_of(90)
-    draw_colour_bar(ax, colours, f"depth [{scale.unit}]")
 
 
 def deepest_per_sector(depth: np.ndarray, sectors: int) -> np.ndarray:
@@ -182,35 +134,71 @@ def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> l
         return _maps(study, joint, case_id, depths)
     depths = (np.asarray(depths[0], float), np.asarray(depths[1], float))
     scale, largest = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
+
+    def paint_around(ax: Axes, depth: np.ndarray, colour: str) -> None:
+        """Mark the deepest bin of a body, and its mean as a dotted circle."""
+        scaled, drawn = depth / scale.factor, deepest_per_sector(depth, MAX_SECTORS) / scale.factor
+        ax.fill(_angles(drawn), drawn, facecolor=colour, alpha=0.25, edgecolor=colour, linewidth=1.2)
+        circle = np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, scaled.mean())
+        ax.plot(*circle, color=INK, linewidth=0.9, linestyle=":")
+        ax.plot(_angles(scaled)[scaled.argmax()], scaled.max(), "o", color=colour, markersize=4.5)
+        ax.xaxis.set_ticks(np.radians(np.arange(0, 360, 45)).tolist())
+        ax.yaxis.tick_rule = round_ticks(4)
+        ax.set_ylim(0.0, 1.08 * largest / scale.factor if largest > 0.0 else None)
+        ax.yaxis.font_size = 7.0
+        ax.set_grid(PALE)
+        ax.xaxis.label = f"depth [{scale.unit}]"
+
+    def paint_surfaces(ax: Axes) -> None:
+        for depth, (name, colour, dash) in zip(depths, BODY_STYLES, strict=True):
+            deepest = deepest_per_sector(depth, MAX_SECTORS)
+            x, y = np.degrees(_angles(deepest)), deepest / scale.factor
+            ax.plot(x, y, color=colour, linestyle=dash, linewidth=1.2, label=name)
+        ax.xaxis.tick_rule = multiples_of(90)
+        ax.set_xlim(0.0, 360.0)
+        ax.set_labels("angle on the body [°]", f"depth [{scale.unit}]")
+        ax.set_ylim(0.0, None)
+        set_plain_axes(ax)
+        ax.set_legend("above", columns=2)
+
     pictures = [
         Picture(
             body_name,
             depth_text(depth),
             f"{body_name}: wear depth around it. {depth_text(depth)}",
-            partial(draw_around, depth=depth, body=body, scale=scale, max_depth=largest),
+            partial(paint_around, depth=depth, colour=colour),
             POLAR_SIZE,
             is_polar=True,
         )
-        for body, (body_name, depth) in enumerate(zip(names, depths, strict=True))
+        for body_name, depth, (_, colour, _) in zip(names, depths, BODY_STYLES, strict=True)
         if depth.any()
     ]
-    if pictures:
-        text = "Wear depth of bearing and journal against the angle on the body."
-        paint = partial(draw_over_angle, depths=depths, scale=scale)
-        pictures.append(Picture("Depth along the surface", "", text, paint, SURFACE_SIZE))
-    return pictures
+    text = "Wear depth of bearing and journal against the angle on the body."
+    return pictures and [*pictures, Picture("Depth along the surface", "", text, paint_surfaces, SURFACE_SIZE)]
 
 
 def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
-    """Return the wear depths (m) over angle and length of both bodies of a joint in space."""
+    """Return the wear depths (bins, length bins) m around and along both bodies of a joint in space, unrolled."""
     (case,) = resolve_cases(study, [case_id])
     case_joint = joint_of(case, joint)
+
+    def paint(ax: Axes, depth: np.ndarray, length: float) -> None:
+        scale, length_scale = wording.scale("m", depth.ravel()), wording.scale("m", length)
+        edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / length_scale.factor
+        angles = np.linspace(0.0, 360.0, depth.shape[0] + 1)
+        max_depth = max(depth.max(initial=0.0), np.finfo(float).tiny)
+        colours = ColourScale(0.0, float(max_depth) / scale.factor)
+        ax.cells(angles, edges, depth.T / scale.factor, colours)
+        ax.set_labels("angle from the body's x axis [°]", f"along the axis [{length_scale.unit}]")
+        ax.xaxis.tick_rule = multiples_of(90)
+        draw_colour_bar(ax, colours, f"depth [{scale.unit}]")
+
     return [
         Picture(
             name,
             depth_text(deepest_along_axis(depth)),
             f"{name}: wear depth over angle and length. {depth_text(deepest_along_axis(depth))}",
-            partial(draw_unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
+            partial(paint, depth=np.asarray(depth, float), length=float(length or 0.0)),
             UNROLLED_SIZE,
         )
         for name, depth, length in zip(

@@ -149,9 +149,46 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
     return [picture for figure, name in MAPPED_FIGURES for picture in pictures_over_axes(study, joint, figure, name)]
 
 
-# Drawings of lives: a figure of a joint over crank revolutions.
+# Life of joints: hours to the limit over the swept values, and figures until then.
 
 COLOURS = (RED, BLUE, GREEN)
+LIFE_FIGURES = (  # figure, its key in the history of a life, unit, name
+    ("wear_depth_max", "wear_depth_max", "m", "wear depth"),
+    ("clearance_growth", "clearance", "m", "growth of the clearance"),
+    ("force_peak", "force_peak", "N", "force peak"),
+)
+LIFE_NOTE = (
+    "Curves: the cases with the shortest, median and longest life. Points: starts of the simulated blocks. Bars: 95 % "
+    "interval of the number of revolutions to the limit, numerical error only. Dotted line: the limit. The map shows, "
+    "for each cell, the shortest life of its cases."
+)
+
+
+def life_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no case has a life or none finished."""
+    joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
+    if joint is None or study.cases.empty:
+        return []
+    return section("life", "Life", Gallery(LIFE_NOTE, _pictures(study, joint)))
+
+
+def _pictures(study: Study, joint: Joint) -> list[Picture]:
+    """Return the life over the axes, and the histories of the shortest, the median and the longest life."""
+    hours = joint.column("life_hours")
+    ids = study.cases.representative_cases(hours)[::-1] if study.has(hours) else ()
+    names = {1: ("the case",), 2: ("shortest", "longest"), 3: ("shortest", "median", "longest")}.get(len(ids), ())
+    caption = "; ".join(f"{name}: {study.setting(each) or each}" for name, each in zip(names, ids, strict=True))
+    pictures = pictures_over_axes(study, joint, "life_hours", "life")
+    for number, (figure, key, unit, title) in enumerate(LIFE_FIGURES if ids else ()):
+        curves = [_life_curve(study, joint, name, each, (figure, key)) for name, each in zip(names, ids, strict=True)]
+        end_texts = wording.texts_in_common_unit((float(curve.values[-1]) for curve in curves), unit)
+        curve_texts = ", ".join(f"{curve.name} {end}" for curve, end in zip(curves, end_texts, strict=True))
+        text = f"{title} over revolutions; at the end: {curve_texts}."
+        limit = study.run.grid["life"].get("limit") if figure == study.run.grid["life"]["of"] else None
+        limit = limit if isinstance(limit, float) else None
+        paint = partial(draw_over_revolutions, curves=curves, unit=unit, name=title, limit=limit)
+        pictures.append(Picture(f"{title.capitalize()} over revolutions", "" if number else caption, text, paint))
+    return pictures
 
 
 class LifeCurve(NamedTuple):
@@ -187,56 +224,15 @@ def draw_over_revolutions(
     ax.set_legend("above", columns=3)
 
 
-# Life of joints: hours to the limit over the swept values, and figures until then.
-
-LIFE_NOTE = (
-    "Curves: the cases with the shortest, median and longest life. Points: starts of the simulated blocks. Bars: 95 % "
-    "interval of the number of revolutions to the limit, numerical error only. Dotted line: the limit. The map shows, "
-    "for each cell, the shortest life of its cases."
-)
-
-
-def life_sections(study: Study) -> list[Section]:
-    """Return the section, or [] if no case has a life or none finished."""
-    joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
-    if joint is None or study.cases.empty:
-        return []
-    return section("life", "Life", Gallery(LIFE_NOTE, _pictures(study, joint)))
-
-
-def _pictures(study: Study, joint: Joint) -> list[Picture]:
-    hours, limited_figure = joint.column("life_hours"), study.run.grid["life"]["of"]
-    ids = study.cases.representative_cases(hours)[::-1] if study.has(hours) else ()
-    names = {1: ("the case",), 2: ("shortest", "longest"), 3: ("shortest", "median", "longest")}.get(len(ids), ())
-    histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
-    caption = "; ".join(f"{name}: {study.setting(case_id) or case_id}" for name, (case_id, _) in histories.items())
-    limit = study.run.grid["life"].get("limit")
-    pictures: list[Picture] = []
-    for figure, unit, title in (
-        ("wear_depth_max", "m", "wear depth"),
-        ("clearance_growth", "m", "growth of the clearance"),
-        ("force_peak", "N", "force peak"),
-    ):
-        curves = [_life_curve(study, joint, name, *history, figure) for name, history in histories.items()]
-        if curves:
-            end_texts = wording.texts_in_common_unit((float(history.values[-1]) for history in curves), unit)
-            curve_texts = ", ".join(f"{history.name} {end}" for history, end in zip(curves, end_texts, strict=True))
-            text = f"{title} over revolutions; at the end: {curve_texts}."
-            figure_limit = limit if figure == limited_figure and isinstance(limit, float) else None
-            paint = partial(draw_over_revolutions, curves=curves, unit=unit, name=title, limit=figure_limit)
-            pictures.append(Picture(f"{title.capitalize()} over revolutions", "" if pictures else caption, text, paint))
-    return pictures_over_axes(study, joint, "life_hours", "life") + pictures
-
-
-def _life_curve(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> LifeCurve:
-    """Return a figure of a case over revolutions; the limited figure has the interval of its end."""
-    key = f"{joint.name}/{'clearance' if figure == 'clearance_growth' else figure}"
-    values = np.asarray(history[key], float)
+def _life_curve(study: Study, joint: Joint, name: str, case_id: str, figure: tuple[str, str]) -> LifeCurve:
+    """Return a figure (and its key in the history) of a case; the limited figure has the interval of its end."""
+    history = study.run.history(case_id)
+    values = np.asarray(history[f"{joint.name}/{figure[1]}"], float)
     interval = None
-    if figure == study.run.grid["life"]["of"]:
+    if figure[0] == study.run.grid["life"]["of"]:
         low, high = (float(study.cases.at(case_id, joint.column(f"life_{end}"))) for end in ("low", "high"))
         interval = (low, high) if np.isfinite(low) and np.isfinite(high) else None
-    plotted = values - values[0] if figure == "clearance_growth" else values
+    plotted = values - values[0] if figure[0] == "clearance_growth" else values
     return LifeCurve(name, np.asarray(history["revolutions"], float), plotted, interval)
 
 
