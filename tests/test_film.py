@@ -21,7 +21,7 @@ from clearsweep.mechanics.laws.film import FilmMotion, Ramp, dry_fraction, film_
 from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.remarks import passive_film
 from clearsweep.tracing.compiled.dual import Dual
-from clearsweep.verify import extreme_machines, extremes
+from clearsweep.verify import extremes
 
 LAWS, SHEARS = names("film"), names("film-friction")
 LONG, SHORT, PINKUS = reynolds.Long(1.0, 6.0), reynolds.Short(1.0, 1.5), reynolds.PinkusSternlicht(1.0)
@@ -288,9 +288,9 @@ def test_the_film_that_a_remark_recommends_is_allowed_at_the_length_of_the_beari
 
 
 def test_the_table_of_stability_has_thirty_films_each_level_as_often():
-    table = extreme_machines.film_cases()
+    table = extremes.film_cases()
     assert len(table) == 30
-    assert table == extreme_machines.film_cases()
+    assert table == extremes.film_cases()
     clearances = [next(iter(case.grid["joints"].values()))["clearance"] for case in table]
     assert [clearances.count(value) for value in extremes.read_levels()["factors"]["films"]["clearance"]] == [6] * 5
     assert sum("contact" in next(iter(case.grid["joints"].values())) for case in table) == 15

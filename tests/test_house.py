@@ -63,7 +63,7 @@ PLANTED = (
     ("simulation/running/observed_run.py", "from .. import remarks"),
     ("report/draw/__init__.py", "from ..sections import maps"),
     ("report/one_case/motion.py", "from ..laws import compare_verdicts"),
-    ("report/draw/maps.py", "from matplotlib import ticker"),
+    ("report/draw/comparison.py", "from matplotlib import ticker"),
     ("answers/verdict.py", "from .judge import answer_on"),
     ("mechanics/joints/dry.py", "from llvmlite import ir"),
     ("store/batch.py", "from ..sweeping import sweep"),

@@ -24,7 +24,7 @@ from clearsweep.mechanics.laws.film import AFLOAT, FilmMotion, Reversals, film_f
 from clearsweep.mechanics.laws.friction import friction_force
 from clearsweep.mechanics.laws.loss import contact_force
 from clearsweep.simulation.running.run import integration_of
-from clearsweep.verify import extreme_machines, stability
+from clearsweep.verify import extremes, stability
 
 MACHINES = resources.files("clearsweep.verify") / "references" / "machines.json"
 
@@ -295,7 +295,7 @@ def test_the_guard_of_a_spin_is_smooth_close_to_the_centre(distance):
 @pytest.mark.compiled
 def test_a_journal_that_starts_at_the_centre_of_a_film_leaves_it_in_few_steps():
     """In thin oil it moves by 1e-15 m in the first picosecond; it once stayed there for two million steps."""
-    (thin,) = [case for case in extreme_machines.film_cases() if case.name.startswith("mixed film/06 finite")]
+    (thin,) = [case for case in extremes.film_cases() if case.name.startswith("mixed film/06 finite")]
     row = stability.run_case(thin)
     assert (row["status"], row["failure"]) == ("ok", "")
     assert row["steps"] < 20_000

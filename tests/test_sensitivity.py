@@ -14,7 +14,7 @@ from clearsweep import report
 from clearsweep.answers.judged import QUANTILES
 from clearsweep.language.errors import InputError
 from clearsweep.report import effects
-from clearsweep.report.samples import limit_table
+from clearsweep.report.sections.sample import limit_table
 from clearsweep.report.study import answer_of_study, prepare
 
 pytestmark = pytest.mark.heavy

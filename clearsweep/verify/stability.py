@@ -66,7 +66,7 @@ from ..simulation.setup import scene
 from ..sweeping.pool.executors import EXECUTORS, cores
 from ..sweeping.pool.system import no_preparation
 from ..tracing.compiled.dual import Moving, slope
-from . import extreme_machines, extremes
+from . import extremes
 from .extremes import ExtremeCase, tune_case
 
 ENERGY_TOLERANCES = 1000.0  # tolerances per revolution
@@ -81,12 +81,12 @@ ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 def measure(*, quick: bool = False, report_progress: Callable[[str], None] = lambda step: None) -> dict[str, Any]:
     """Return the results of all cases of the table, `rows`, and their summary; a process for each core runs them.
 
-    `quick` runs, in this process, some of each group, and none of `extreme_machines`, each kind of which compiles a
+    `quick` runs, in this process, some of each group, and none of other machines, each kind of which compiles a
     scene; `report_progress` is called with messages.
     """
     begin = time.perf_counter()
     cases = extremes.extreme_cases()
-    machines = (extreme_machines.machine_cases, extreme_machines.film_cases, extreme_machines.spatial_cases)
+    machines = (extremes.machine_cases, extremes.film_cases, extremes.spatial_cases)
     all_cases = [*cases, *(case for machine_cases in machines for case in machine_cases())]
     selected = select_evenly(cases, QUICK_CASES) if quick else all_cases
     report_progress(f"stability: {len(selected)} cases")

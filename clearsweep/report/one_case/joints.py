@@ -4,18 +4,18 @@ import base64
 import math
 from collections.abc import Mapping
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
 from ... import simulation
-from ...contracts.case import Case
+from ...contracts.case import Case, Rolling
 from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Interactive, Picture
-from ..draw import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
+from ..draw import BLUE, GREY, INK, ORANGE, PALE, RED, draw_colour_bar, label_with_unit, set_plain_axes
 from ..draw.machine import draw_mechanism, picture_height
-from ..draw.maps import LoadedElements, draw_bearing, draw_load_distribution
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..study import Joint, Study, joint_of, resolve_cases
 
@@ -257,6 +257,76 @@ def depth_text(depth: np.ndarray) -> str:
     angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
     deepest, mean = wording.texts_in_common_unit((float(depth.max()), float(depth.mean())), "m")
     return f"deepest {deepest} at {angle:.0f}°, mean {mean}"
+
+
+# Loads of the elements of a rolling bearing.
+
+LONGEST_ARROW = 0.9  # of an element's diameter: drawn length of the largest load
+RING_THICKNESS = 0.35  # of an element's diameter, of a ring of unknown bore or outside diameter
+LOAD_SECTORS = 72  # of the circle, in which loads are collected
+
+
+class LoadedElements(NamedTuple):
+    """The elements of a bearing over the saved samples of a case."""
+
+    angles: np.ndarray  # (samples, elements) rad, in the fixed frame
+    loads: np.ndarray  # (samples, elements) N
+
+    @property
+    def peak(self) -> int:
+        """Return the sample with the largest load of an element."""
+        return int(self.loads.max(axis=1).argmax())
+
+    def by_sector(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest and the mean load (LOAD_SECTORS,) N of the elements in each sector; nan: none was there."""
+        sectors = np.floor(np.mod(self.angles, 2.0 * np.pi) / (2.0 * np.pi) * LOAD_SECTORS).astype(int) % LOAD_SECTORS
+        counts = np.bincount(sectors.ravel(), minlength=LOAD_SECTORS)
+        largest = np.full(LOAD_SECTORS, -np.inf)
+        np.maximum.at(largest, sectors.ravel(), self.loads.ravel())
+        sums = np.bincount(sectors.ravel(), self.loads.ravel(), LOAD_SECTORS)
+        with np.errstate(invalid="ignore"):
+            return np.where(counts > 0, largest, np.nan), sums / np.where(counts > 0, counts, np.nan)
+
+
+def draw_bearing(ax: Axes, bearing: Rolling, angles: np.ndarray, loads: np.ndarray) -> None:
+    """Draw the rings and the elements of a bearing at `angles` (Z,) rad, with their `loads` (Z,) N as bars inward."""
+    diameter, pitch = 1e3 * bearing.element_diameter, 1e3 * bearing.pitch_diameter
+    inner, outer = pitch - diameter, pitch + diameter
+    thickness = 2.0 * RING_THICKNESS * diameter
+    bore = 1e3 * bearing.bore if bearing.bore else max(inner - thickness, 0.2 * inner)
+    outside = 1e3 * bearing.outside_diameter if bearing.outside_diameter else outer + thickness
+    for size, face in ((outside, PALE), (outer, "#ffffff"), (inner, PALE), (bore, "#ffffff")):
+        ax.circle((0.0, 0.0), 0.5 * size, facecolor=face, edgecolor=GREY, zorder=0.0)
+    largest = max(float(loads.max()), np.finfo(float).tiny)
+    for angle, load in zip(angles, loads, strict=True):
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        centre = 0.5 * pitch * direction
+        is_loaded = load > 0.0
+        face, edge = (BLUE, INK) if is_loaded else ("#ffffff", GREY)
+        ax.circle((float(centre[0]), float(centre[1])), 0.5 * diameter, facecolor=face, edgecolor=edge, zorder=1.0)
+        if is_loaded:
+            ends = np.outer([0.5 * inner, 0.5 * inner - LONGEST_ARROW * diameter * load / largest], direction)
+            ax.plot(ends[:, 0], ends[:, 1], color=RED, linewidth=2.6)
+    ax.set_square(0.54 * outside)
+    ax.set_labels("x [mm]", "y [mm]")
+    set_plain_axes(ax)
+
+
+def draw_load_distribution(ax: Axes, elements: LoadedElements) -> None:
+    """Draw the largest and the mean load of the elements over their angle, and the loads at the largest."""
+    largest, mean = elements.by_sector()
+    scale = wording.scale("N", float(elements.loads.max()))
+    angles = (np.arange(LOAD_SECTORS) + 0.5) * 360.0 / LOAD_SECTORS
+    ax.plot(angles, largest / scale.factor, color=BLUE, linewidth=1.4, label="largest")
+    ax.plot(angles, mean / scale.factor, color=ORANGE, linewidth=1.2, linestyle="--", label="mean")
+    at_peak = np.degrees(np.mod(elements.angles[elements.peak], 2.0 * np.pi))
+    ax.plot(at_peak, elements.loads[elements.peak] / scale.factor, "o", color=RED, markersize=4.0, label="at the peak")
+    ax.xaxis.tick_rule = multiples_of(90)
+    ax.set_xlim(0.0, 360.0)
+    ax.set_ylim(0.0, None)
+    ax.set_labels("angle of the element [°]", label_with_unit("load of an element", scale))
+    set_plain_axes(ax)
+    ax.set_legend("above", columns=3)
 
 
 def loaded_elements(joint: Joint, channels: Mapping) -> LoadedElements | None:

@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 from ...language import phases
 from ..blocks.section import Detail, Section
-from ..samples import with_note
 from ..study import Study
 from . import answer, cases, drivers, identified, laws, maps, motion, sample, searches, setup, vibration, wear
+from .sample import with_note
 
 SectionBuilder = Callable[[Study], list[Section]]
 UNFOLDED: tuple[SectionBuilder, ...] = (  # seen at once, in the order of the page

@@ -19,13 +19,11 @@ from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN,
 from ...answers.words import case_margin_text, every_text, factor_text, share_text
 from ...language import wording
 from ...language.wording import TIMES, is_missing
-from .. import samples
 from ..axis import PEAK, Axis
 from ..blocks.section import Cards, Gallery, Picture, Points, Section, Sentences, section
 from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, columns_of, count_cell
-from ..draw.maps import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
+from ..draw.comparison import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
 from ..effects import main_effects_of
-from ..samples import failures_by_status, finished_and_failed, limit_columns, remark_counts
 from ..study import (
     Joint,
     Study,
@@ -40,6 +38,7 @@ from . import setup
 from .identified import parameter_cards
 from .laws import elastic_laws_sections, elastic_links_sections, law_choice_sections, recommendation_texts
 from .maps import answer_maps
+from .sample import failures_by_status, finished_and_failed, limit_columns, limit_counts, remark_counts
 from .searches import answer_cards
 
 # The cards at the top of the page: verdict, margin, worst case, force, error, life, and what drives them.
@@ -166,8 +165,8 @@ def limit_table(study: Study) -> Table:
     columns = columns_of("column* | limit | cases that exceed it | undecided | of | smallest margin")
     columns += [*axis_columns(study, study.swept()), Column("case_id")]
     rows = []
-    limit_counts = samples.limit_counts(study)
-    for limit, (failing, unknown) in zip(study.limits, limit_counts.by_limit, strict=True):
+    counts = limit_counts(study)
+    for limit, (failing, unknown) in zip(study.limits, counts.by_limit, strict=True):
         values_by_column = limit_columns(study, limit)
         margins, fails = limit.margin(values_by_column), limit.is_exceeded(values_by_column)
         row = _worst_row(margins, fails, limit.excess(values_by_column))
@@ -175,7 +174,7 @@ def limit_table(study: Study) -> Table:
         values = (study.cases.at(case_id, axis.path) for axis in study.swept())
         worst = float(margins[row])
         margin = Quantity(worst, case_margin_text(worst, [limit], limit.column if fails[row] else ""))
-        of_cases = (count_cell(failing), count_cell(unknown), count_cell(limit_counts.cases))
+        of_cases = (count_cell(failing), count_cell(unknown), count_cell(counts.cases))
         label = limit_label(study.run.layout, limit, study.unit(limit.column))
         rows.append((limit.column, label, *of_cases, margin, *values, case_id))
     note = (

@@ -21,8 +21,7 @@ from ..axis import Axis
 from ..blocks.section import Gallery, Picture, Section, Spot, capitalise, section, without_empty
 from ..blocks.table import column_label
 from ..draw import comparison
-from ..draw.comparison import CurveFamily
-from ..draw.maps import MAP_SIZE, Cells, draw_heat_map
+from ..draw.comparison import MAP_SIZE, Cells, CurveFamily, draw_heat_map
 from ..effects import main_effects_of
 from ..study import (
     EXCLUDED_STARTS_NOTE,

@@ -38,7 +38,7 @@ from ..draw import (
     set_plain_axes,
     stem_lines,
 )
-from ..draw.maps import KIND_COLOURS, LEGEND, draw_kinds
+from ..draw.comparison import KIND_COLOURS, LEGEND, draw_kinds
 from ..effects import main_effects_of
 from ..motion import (
     CONTACTS,

@@ -15,7 +15,7 @@ from ..axis import Axis
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Gallery, Picture, Section, without_empty
 from ..blocks.table import Table, case_table, columns_in_table
 from ..draw import BLUE, GREY, ORANGE, RED, draw_colour_bar, label_values, label_with_unit, set_plain_axes
-from ..draw.maps import MAP_SIZE, draw_kinds
+from ..draw.comparison import MAP_SIZE, draw_kinds
 from ..effects import main_effects_of
 from ..one_case.motion import saved_channels
 from ..plot import Axes, ColourScale
