@@ -1,8 +1,7 @@
-"""Drawings of a machine and its motion: bodies, joints and loads; orbits, histories, onsets; journals in space."""
+"""Drawing of a machine at its start: bodies, joints and loads, each with its name."""
 
 import math
 from collections.abc import Sequence
-from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from ... import simulation
 from ...contracts.machine import GROUND
 from ...language import wording
-from ..plot import Axes, ColourScale, multiples_of, round_ticks
+from ..plot import Axes
 from . import (
     BLUE,
     GREEN,
@@ -20,10 +19,6 @@ from . import (
     PALE,
     PURPLE,
     RED,
-    draw_colour_bar,
-    set_crank_angle_axis,
-    set_plain_axes,
-    stem_lines,
 )
 
 # Drawing of a mechanism: its bodies, joints and loads at the start, each with its name.
@@ -254,192 +249,3 @@ def _draw_arrow_head(ax: Axes, tip: np.ndarray, direction: np.ndarray, length: f
     perpendicular = 0.4 * np.array([-back[1], back[0]])
     corners = np.stack([tip, tip + back + perpendicular, tip + back - perpendicular])
     ax.fill(*corners.T, facecolor=INK, edgecolor=INK, zorder=5)
-
-
-# Drawings of one motion: orbit, force, histories and contact onsets.
-
-DRAWN_PENETRATION = 0.4  # of the clearance: drawn height of the deepest penetration in an unrolled gap
-
-
-def draw_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
-    """Draw the path of the journal centre (m) in the clearance circle; contact is coloured by force (N)."""
-    scale = wording.scale("m", clearance)
-    x, y, radius = x / scale.factor, y / scale.factor, clearance / scale.factor
-    ax.circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, zorder=0)
-    ax.plot(x, y, color=GREY, linewidth=0.5, alpha=0.8)
-    half_width = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
-    _draw_contact_points(ax, x, y, force)
-    ax.set_square(half_width)
-    ax.set_labels(f"journal x [{scale.unit}]", f"journal y [{scale.unit}]")
-    ax.xaxis.tick_rule = round_ticks(5)
-    ax.yaxis.tick_rule = round_ticks(5)
-
-
-def _draw_contact_points(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
-    """Draw the points of a path in contact, coloured by the force (N)."""
-    in_contact = force > 0.0
-    if in_contact.any():
-        scale = wording.scale("N", force)
-        forces = force[in_contact] / scale.factor
-        colours = ColourScale(float(forces.min()), float(forces.max()))
-        ax.scatter(x[in_contact], y[in_contact], size=2.0, values=forces, scale=colours, zorder=3)
-        draw_colour_bar(ax, colours, f"normal force [{scale.unit}]")
-
-
-def draw_unrolled_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
-    """Draw the gap of a journal (m) over the direction of its centre; penetration is magnified."""
-    scale, direction = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
-    gap, magnification = clearance - np.hypot(x, y), penetration_magnification(x, y, clearance)
-    max_penetration = max(float(-gap.min()), 0.0)
-    height = np.where(gap < 0.0, magnification * gap, gap) / scale.factor
-    seams = np.flatnonzero(np.abs(np.diff(direction)) > 180.0) + 1  # where a line crosses +-180 degrees
-    ax.plot(np.insert(direction, seams, np.nan), np.insert(height, seams, np.nan), color=GREY, linewidth=0.5, alpha=0.8)
-    ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", zorder=0)
-    ax.axhline(0.0, color=INK, linewidth=1.0)
-    _draw_contact_points(ax, direction, height, force)
-    high, low = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor), 1.1 * min(float(height.min()), 0.0)
-    penetrations = [] if max_penetration == 0.0 else [-max_penetration, -0.5 * max_penetration]
-    gap_ticks = np.asarray(round_ticks(max(1, round(4.0 * high / (high - low))))(0.0, high))
-    gap_ticks = gap_ticks[(gap_ticks >= 0.0) & (gap_ticks <= high)]
-    names = [wording.short_number_text(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetrations]
-    ticks = [*(magnification * value / scale.factor for value in penetrations), *gap_ticks]
-    ax.yaxis.set_ticks(ticks, [*names, *map(_short_text, gap_ticks)])
-    ax.set_xlim(-180.0, 180.0)
-    ax.set_ylim(low, high)
-    ax.set_labels("direction of the journal centre [°]", f"gap [{scale.unit}]")
-    ax.xaxis.tick_rule = multiples_of(90)
-    set_plain_axes(ax)
-
-
-def penetration_magnification(x: np.ndarray, y: np.ndarray, clearance: float) -> float:
-    """Return the magnification of penetration relative to the gap: one digit, at least 1."""
-    max_penetration = float(np.hypot(x, y).max()) - clearance
-    return max(float(f"{DRAWN_PENETRATION * clearance / max_penetration:.1g}"), 1.0) if max_penetration > 0.0 else 1.0
-
-
-def _short_text(value: float) -> str:
-    return wording.short_number_text(float(value), 3)
-
-
-def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]], unit: str) -> None:
-    """Draw the normal force (`unit`, N or N*m) over the crank angle (rad), with named levels as horizontal lines."""
-    scale = wording.scale(unit, [*normal, *(level for _, level in levels)])
-    ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7)
-    for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
-        ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
-    ax.yaxis.label = f"{'torque' if unit == 'N*m' else 'normal force'} [{scale.unit}]"
-    ax.set_ylim(0.0, None)
-    set_crank_angle_axis(ax, angle, has_legend=bool(levels))
-
-
-def draw_against_ideal(
-    ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
-) -> None:
-    """Draw a quantity (SI) over the crank angle (rad) and, if available, the same in the ideal mechanism."""
-    scale = wording.scale(unit, actual)
-    ax.plot(np.degrees(angle), actual / scale.factor, color=BLUE, linewidth=0.7, label="with clearance")
-    if ideal is not None:
-        ax.plot(np.degrees(angle), ideal / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="ideal")
-    ax.yaxis.label = f"{name} [{scale.unit}]"
-    set_crank_angle_axis(ax, angle, has_legend=ideal is not None)
-
-
-def draw_over_time(
-    ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
-) -> None:
-    """Draw a quantity (SI) over time (s) and, if available, the same in the ideal mechanism at equal crank angles."""
-    scale, time_scale = wording.scale(unit, values, speed="speed" in name), wording.scale("s", t)
-    label = "with clearance" if ideal is not None else ""
-    ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8, label=label)
-    if ideal is not None:
-        ax.plot(t / time_scale.factor, ideal / scale.factor, color=RED, linewidth=1.2, linestyle="--", label="ideal")
-    ax.set_labels(f"time [{time_scale.unit}]", f"{name} [{scale.unit}]")
-    set_plain_axes(ax)
-    if ideal is not None:
-        ax.set_legend("above", columns=2)
-
-
-def draw_phase_portrait(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
-    """Draw a rate over its quantity; each : values in SI, unit, name."""
-    (x, *x_unit_and_name), (v, *v_unit_and_name) = quantity, rate
-    x_scale, v_scale = wording.scale(x_unit_and_name[0], x), wording.scale(v_unit_and_name[0], v)
-    ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8)
-    ax.set_labels(f"{x_unit_and_name[1]} [{x_scale.unit}]", f"{v_unit_and_name[1]} [{v_scale.unit}]")
-    set_plain_axes(ax)
-
-
-def draw_onsets(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]], unit: str) -> None:
-    """Draw closing rates (`unit`, m/s or rad/s) of contact onsets over the crank angle (rad), and those of yield."""
-    scale = wording.scale(unit, [*rate, *(limit for _, limit in limits)])
-    ax.plot(*stem_lines(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
-    ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4)
-    for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):
-        label = f"first yield ({name})"
-        ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
-    ax.yaxis.label = f"closing rate at onset [{scale.unit}]"
-    ax.set_ylim(0.0, None)
-    full_turns = np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))])
-    set_crank_angle_axis(ax, full_turns, has_legend=bool(limits))
-
-
-# Drawings of a journal in a spatial bearing: its axis, the orbits of its ends, its tilt.
-
-END_COLOURS = (BLUE, RED)  # of the end at +z, at -z
-MAX_DRAWN_POSITIONS = 24  # number of drawn positions of the axis
-CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 73)
-AZIMUTH, ELEVATION = np.radians(-60.0), np.radians(25.0)  # of the view
-#: (2, 3): x, y and z of a bearing on the picture, a parallel projection.
-VIEW = np.array(
-    [
-        [-np.sin(AZIMUTH), np.cos(AZIMUTH), 0.0],
-        [-np.sin(ELEVATION) * np.cos(AZIMUTH), -np.sin(ELEVATION) * np.sin(AZIMUTH), np.cos(ELEVATION)],
-    ]
-)
-
-
-def draw_axis(ax: Axes, journal_ends: np.ndarray, half_lengths: tuple[float, float], clearance: float) -> None:
-    """Draw the path of the ends of a journal's axis, seen from the side and above; journal_ends : (2, n, 3) m.
-
-    z is along the bearing.  half_lengths : m, half the lengths of journal and bearing.  The scale along the bearing is
-    chosen so that both directions fill the picture.
-    """
-    size = np.array([clearance, clearance, 0.6 * half_lengths[0] if half_lengths[0] > 0.0 else 1.0])
-    circle = clearance * np.stack([np.cos(CIRCLE_ANGLES), np.sin(CIRCLE_ANGLES), np.zeros(CIRCLE_ANGLES.size)], -1)
-    centre_line = np.array([[0.0, 0.0, -1.2], [0.0, 0.0, 1.2]]) * half_lengths[1]
-
-    def draw_line(points: np.ndarray, colour: str, linewidth: float, zorder: float = 2.0) -> None:
-        ax.plot(*(VIEW @ (points / size).T), color=colour, linewidth=linewidth, zorder=zorder)
-
-    draw_line(centre_line, GREY, 0.8)
-    for k in np.linspace(0, journal_ends.shape[1] - 1, min(MAX_DRAWN_POSITIONS, journal_ends.shape[1])).astype(int):
-        draw_line(journal_ends[:, k], PALE, 0.6, zorder=0.0)
-    for end, colour, sign in zip(journal_ends, END_COLOURS, (1.0, -1.0), strict=True):
-        draw_line(circle + np.array([0.0, 0.0, sign * half_lengths[0]]), INK, 0.8)
-        draw_line(end, colour, 0.6)
-    radius, length = wording.quantity_text(clearance, "m"), wording.quantity_text(2.0 * half_lengths[0], "m")
-    ax.set_labels(f"circles: radius {radius}", f"journal: {length} along the bearing")
-    for side in (ax.xaxis, ax.yaxis):
-        side.set_ticks([])
-    ax.equal_aspect = True
-
-
-def draw_end_orbits(ax: Axes, journal_ends: np.ndarray, clearance: float) -> None:
-    """Draw the view along the bearing: the orbits (2, n, 3) m of both ends in the clearance circle."""
-    scale = wording.scale("m", clearance)
-    radius = clearance / scale.factor
-    ax.plot(radius * np.cos(CIRCLE_ANGLES), radius * np.sin(CIRCLE_ANGLES), color=INK, linewidth=1.0)
-    for end, colour, name in zip(journal_ends, END_COLOURS, ("end +z", "end -z"), strict=True):
-        ax.plot(*(end[:, :2].T / scale.factor), color=colour, linewidth=0.5, alpha=0.6, label=name)
-    ax.equal_aspect = True
-    ax.set_labels(f"x [{scale.unit}]", f"y [{scale.unit}]")
-    ax.set_legend("above", columns=2)
-
-
-def draw_tilt(ax: Axes, angle: np.ndarray, tilt: np.ndarray, limit: float | None) -> None:
-    """Draw the tilt (rad) over the crank angle (rad), and the tilt at which the journal jams."""
-    ax.plot(np.degrees(angle), np.degrees(tilt), color=BLUE, linewidth=0.8)
-    if limit is not None:
-        ax.axhline(np.degrees(limit), color=RED, linewidth=1.1, linestyle="--", label="jams")
-    ax.yaxis.label = "tilt [°]"
-    ax.set_ylim(0.0, None)
-    set_crank_angle_axis(ax, angle, has_legend=limit is not None)

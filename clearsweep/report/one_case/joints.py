@@ -2,19 +2,31 @@
 
 import base64
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from ... import simulation
-from ...contracts.case import Case, Rolling
+from ...contracts.case import Case, Rolling, column_name
+from ...contracts.case import Joint as CaseJoint
 from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Interactive, Picture
-from ..draw import BLUE, GREY, INK, ORANGE, PALE, RED, draw_colour_bar, label_with_unit, set_plain_axes
+from ..draw import (
+    BLUE,
+    GREY,
+    INK,
+    ORANGE,
+    PALE,
+    RED,
+    draw_colour_bar,
+    label_with_unit,
+    set_crank_angle_axis,
+    set_plain_axes,
+)
 from ..draw.machine import draw_mechanism, picture_height
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..study import Joint, Study, joint_of, resolve_cases
@@ -278,7 +290,7 @@ class LoadedElements(NamedTuple):
         return int(self.loads.max(axis=1).argmax())
 
     def by_sector(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the largest and the mean load (LOAD_SECTORS,) N of the elements in each sector; nan: none was there."""
+        """Return the largest and the mean load (LOAD_SECTORS,) N of the elements in each sector; nan: none there."""
         sectors = np.floor(np.mod(self.angles, 2.0 * np.pi) / (2.0 * np.pi) * LOAD_SECTORS).astype(int) % LOAD_SECTORS
         counts = np.bincount(sectors.ravel(), minlength=LOAD_SECTORS)
         largest = np.full(LOAD_SECTORS, -np.inf)
@@ -368,3 +380,132 @@ def bearing_pictures(study: Study, case_id: str, joint: Joint, channels: Mapping
             FLAT_SIZE,
         ),
     ]
+
+
+# A journal in its bearing in space, from the saved channels of a case.
+
+TALL_SIZE = (4.2, 3.6)  # inches
+MAX_DOT_POSITIONS = 240  # places of a dot that moves: a browser goes straight between them
+END_COLOURS = (BLUE, RED)  # of the end at +z, at -z
+MAX_DRAWN_POSITIONS = 24  # number of drawn positions of the axis
+CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 73)
+AZIMUTH, ELEVATION = np.radians(-60.0), np.radians(25.0)  # of the view
+#: (2, 3): x, y and z of a bearing on the picture, a parallel projection.
+VIEW = np.array(
+    [
+        [-np.sin(AZIMUTH), np.cos(AZIMUTH), 0.0],
+        [-np.sin(ELEVATION) * np.cos(AZIMUTH), -np.sin(ELEVATION) * np.sin(AZIMUTH), np.cos(ELEVATION)],
+    ]
+)
+
+
+def spatial_pictures(
+    case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], angle: np.ndarray
+) -> list[Picture]:
+    """Return the pictures of a spatial joint; values : channel -> its history in SI; angle : rad, of the crank."""
+    ends, clearance = journal_ends(case, joint, values), joint.clearance
+    half_lengths = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
+    tilt, limit = values(f"joints/{joint.column}/tilt"), simulation.jam_angle(joint)
+    largest_text, frame_text = f"{np.degrees(tilt.max()):.3g}°", "the frame of the bearing, z along it"
+    scale, stride = wording.scale("m", clearance), -(-ends.shape[1] // MAX_DOT_POSITIONS)
+
+    def paint_axis(ax: Axes) -> None:
+        """Draw the path of both ends, seen from the side and above; the scale along the bearing fills the picture."""
+        size = np.array([clearance, clearance, 0.6 * half_lengths[0] if half_lengths[0] > 0.0 else 1.0])
+        circle = clearance * np.stack([np.cos(CIRCLE_ANGLES), np.sin(CIRCLE_ANGLES), np.zeros(CIRCLE_ANGLES.size)], -1)
+
+        def draw_line(points: np.ndarray, colour: str, linewidth: float, zorder: float = 2.0) -> None:
+            ax.plot(*(VIEW @ (points / size).T), color=colour, linewidth=linewidth, zorder=zorder)
+
+        draw_line(np.array([[0.0, 0.0, -1.2], [0.0, 0.0, 1.2]]) * half_lengths[1], GREY, 0.8)
+        for k in np.linspace(0, ends.shape[1] - 1, min(MAX_DRAWN_POSITIONS, ends.shape[1])).astype(int):
+            draw_line(ends[:, k], PALE, 0.6, zorder=0.0)
+        for end, colour, sign in zip(ends, END_COLOURS, (1.0, -1.0), strict=True):
+            draw_line(circle + np.array([0.0, 0.0, sign * half_lengths[0]]), INK, 0.8)
+            draw_line(end, colour, 0.6)
+        radius, length = wording.quantity_text(clearance, "m"), wording.quantity_text(2.0 * half_lengths[0], "m")
+        ax.set_labels(f"circles: radius {radius}", f"journal: {length} along the bearing")
+        for side in (ax.xaxis, ax.yaxis):
+            side.set_ticks([])
+        ax.equal_aspect = True
+
+    def paint_ends(ax: Axes) -> None:
+        radius = clearance / scale.factor
+        ax.plot(radius * np.cos(CIRCLE_ANGLES), radius * np.sin(CIRCLE_ANGLES), color=INK, linewidth=1.0)
+        for end, colour, name in zip(ends, END_COLOURS, ("end +z", "end -z"), strict=True):
+            ax.plot(*(end[:, :2].T / scale.factor), color=colour, linewidth=0.5, alpha=0.6, label=name)
+        ax.equal_aspect = True
+        ax.set_labels(f"x [{scale.unit}]", f"y [{scale.unit}]")
+        ax.set_legend("above", columns=2)
+
+    def paint_tilt(ax: Axes) -> None:
+        ax.plot(np.degrees(angle), np.degrees(tilt), color=BLUE, linewidth=0.8)
+        if np.isfinite(limit):
+            ax.axhline(np.degrees(limit), color=RED, linewidth=1.1, linestyle="--", label="jams")
+        ax.yaxis.label = "tilt [°]"
+        ax.set_ylim(0.0, None)
+        set_crank_angle_axis(ax, angle, has_legend=bool(np.isfinite(limit)))
+
+    dots = (Dot(end[::stride, :2] / scale.factor, colour) for end, colour in zip(ends, END_COLOURS, strict=True))
+    return [
+        Picture(
+            "The journal's axis in its bearing",
+            f"Orbits of both ends in {frame_text}; the scale across it is larger. Circles are the radial clearance.",
+            f"Orbits of both ends of the journal's axis; it tilts by {largest_text} at most.",
+            paint_axis,
+            TALL_SIZE,
+        ),
+        Picture(
+            "Both ends along the bearing",
+            "Click to play one revolution in 8 s.",
+            "Orbits of both ends of the journal's axis, seen along the bearing.",
+            paint_ends,
+            TALL_SIZE,
+            dots=tuple(dots),
+        ),
+        Picture(
+            "Tilt",
+            "Angle between the axes of bearing and journal.",
+            f"Tilt against crank angle, at most {largest_text}.",
+            paint_tilt,
+            FLAT_SIZE,
+        ),
+    ]
+
+
+def journal_ends(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -> np.ndarray:
+    """Return the positions (2, n, 3) m of both ends of the journal's axis in the frame of the bearing, z along it."""
+    mechanism = simulation.mechanism_of(case)
+    site = mechanism.site(joint.name)
+    journal_body, bearing = site.journals
+    bearing_frames, journal_frames = _frames(values, bearing), _frames(values, journal_body)
+    # Rotation matrix of a rotation vector about x and y, by Rodrigues' formula
+    a, b = joint.tilt
+    angle = float(np.hypot(a, b))
+    cross_product = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
+    sine_term, cosine_term = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
+    matrix: np.ndarray = np.eye(3) + sine_term * cross_product + cosine_term * (cross_product @ cross_product)
+    rotation = bearing_frames @ matrix
+    centre = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
+    half_axis = 0.5 * float(joint.journal_length or 0.0) * journal_frames[:, :, 2]
+    ends = np.stack([centre + half_axis, centre - half_axis])
+    rotated: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(rotation, (ends.shape[1], 3, 3)), ends)
+    return rotated
+
+
+def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
+    """Return the rotation matrices (n, 3, 3) of a body; (1, 3, 3) of the ground."""
+    if body == GROUND:
+        return np.eye(3)[None]
+    w, x, y, z = (values(f"{column_name(body)}/q{k}") for k in "wxyz")
+    rows = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def is_spatial(channels: Mapping, joint: str) -> bool:
+    """Return whether the channels are those of a spatial joint, named as in columns."""
+    return f"joints/{joint}/tilt" in channels

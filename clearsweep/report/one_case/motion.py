@@ -3,39 +3,26 @@
 Pictures are chosen from the layout, channel by channel, so no mechanism is known by name.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple
+from itertools import cycle
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ... import simulation
-from ...contracts.case import Case, column_name, value_at
-from ...contracts.case import Joint as CaseJoint
+from ...contracts.case import column_name, value_at
 from ...contracts.catalogue import GROUND
 from ...contracts.layout import TIME, TORSIONAL, Column
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
 from .. import effects
-from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Picture, capitalise
-from ..draw.machine import (
-    END_COLOURS,
-    draw_against_ideal,
-    draw_axis,
-    draw_end_orbits,
-    draw_force,
-    draw_onsets,
-    draw_orbit,
-    draw_over_time,
-    draw_phase_portrait,
-    draw_tilt,
-    draw_unrolled_orbit,
-    penetration_magnification,
-)
-from ..plot import Axes
+from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Picture, capitalise
+from ..draw import BLUE, GREY, INK, RED, draw_colour_bar, set_crank_angle_axis, set_plain_axes, stem_lines
+from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..study import Joint, Study, joint_with_laws, resolve_cases
-from .joints import bearing_pictures
+from .joints import bearing_pictures, is_spatial, spatial_pictures
 
 # Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 #
@@ -45,6 +32,7 @@ FULL_TURN = 2.0 * np.pi
 SPEED = "crank speed"
 SAME_ANGLE = 1e-9  # rad, largest change of the difference of two angles that are those of one body
 ORBIT_CHANNELS = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
+DRAWN_PENETRATION = 0.4  # of the clearance: drawn height of the deepest penetration in an unrolled gap
 #: Levels in the picture of a joint's force.
 REFERENCE_FORCES = (("force_p99", "p99"), ("force_peak_ideal", "ideal peak"))
 
@@ -69,10 +57,29 @@ class History(NamedTuple):
 
         That is without rotation, and for a start-up.
         """
-        angle = self.angle
-        if angle is None or self.is_over_time:
-            return lambda ax: draw_over_time(ax, self.time, values, unit, name, ideal)
-        return lambda ax: draw_against_ideal(ax, angle, values, ideal, unit, name)
+        angle = None if self.is_over_time else self.angle
+
+        def paint(ax: Axes) -> None:
+            if angle is None:
+                scale, time_scale = wording.scale(unit, values, speed="speed" in name), wording.scale("s", self.time)
+                abscissae, widths = self.time / time_scale.factor, (0.8, 1.2)
+            else:
+                scale, abscissae, widths = wording.scale(unit, values), np.degrees(angle), (0.7, 1.4)
+            label = "" if ideal is None and angle is None else "with clearance"
+            ax.plot(abscissae, values / scale.factor, color=BLUE, linewidth=widths[0], label=label)
+            if ideal is not None:
+                style: dict[str, Any] = {"color": RED, "linewidth": widths[1], "linestyle": "--", "label": "ideal"}
+                ax.plot(abscissae, ideal / scale.factor, **style)
+            ax.yaxis.label = f"{name} [{scale.unit}]"
+            if angle is not None:
+                set_crank_angle_axis(ax, angle, has_legend=ideal is not None)
+                return
+            ax.xaxis.label = f"time [{time_scale.unit}]"
+            set_plain_axes(ax)
+            if ideal is not None:
+                ax.set_legend("above", columns=2)
+
+        return paint
 
 
 class JointHistory(NamedTuple):
@@ -192,10 +199,26 @@ def onset_pictures(study: Study, case_id: str, events: Mapping | np.ndarray, cha
         rate = np.asarray(events["rate"], float)[chosen]
         yield_speeds = effects.yield_speeds(study, case_id, float(rate.max())) if unit == "m/s" else []
         alt = f"{int(chosen.sum())} contact onsets, the fastest at {_largest_text(rate, unit)}."
-        paint = partial(draw_onsets, angle=angles[chosen], rate=rate, limits=yield_speeds, unit=unit)
+        paint = partial(_paint_onsets, angle=angles[chosen], rate=rate, limits=yield_speeds, unit=unit)
         caption = "Closing rate at each onset of the whole run."
         pictures.append(Picture("Contact onsets", caption, alt, paint, FLAT_SIZE))
     return pictures
+
+
+def _paint_onsets(
+    ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]], unit: str
+) -> None:
+    """Draw closing rates (`unit`, m/s or rad/s) of contact onsets over the crank angle (rad), and those of yield."""
+    scale = wording.scale(unit, [*rate, *(limit for _, limit in limits)])
+    ax.plot(*stem_lines(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
+    ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4)
+    for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):
+        label = f"first yield ({name})"
+        ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
+    ax.yaxis.label = f"closing rate at onset [{scale.unit}]"
+    ax.set_ylim(0.0, None)
+    full_turns = np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))])
+    set_crank_angle_axis(ax, full_turns, has_legend=bool(limits))
 
 
 def _output_pictures(study: Study, case_id: str, history: History) -> list[Picture]:
@@ -269,7 +292,15 @@ def _phase_portrait(quantity: Column, rate: Column, history: History) -> Picture
         (history.values(channel.name), channel.unit, _channel_label(channel)) for channel in (quantity, rate)
     )
     title = f"Phase portrait: {_channel_label(rate)} over {_channel_label(quantity)}"
-    return Picture(title, "", f"{title}.", lambda ax: draw_phase_portrait(ax, abscissa, ordinate), SQUARE_SIZE)
+    return Picture(title, "", f"{title}.", partial(_paint_over, quantity=abscissa, rate=ordinate), SQUARE_SIZE)
+
+
+def _paint_over(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
+    """Draw a rate over its quantity; each : values in SI, unit, name."""
+    (x_scale, v_scale) = (wording.scale(unit, values) for values, unit, _ in (quantity, rate))
+    ax.plot(quantity[0] / x_scale.factor, rate[0] / v_scale.factor, color=BLUE, linewidth=0.8)
+    ax.set_labels(f"{quantity[2]} [{x_scale.unit}]", f"{rate[2]} [{v_scale.unit}]")
+    set_plain_axes(ax)
 
 
 def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
@@ -294,7 +325,7 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
                 "The circle is the radial clearance; outside it the bodies touch.",
                 f"Path of the journal centre, at most {eccentricity_text} from the bearing centre; clearance "
                 f"{clearance_text}.",
-                lambda ax: draw_orbit(ax, x, y, force, float(clearance)),
+                partial(_paint_orbit, curve=(x, y, force), clearance=float(clearance)),
                 SQUARE_SIZE,
                 shown_in_player=True,
             )
@@ -320,7 +351,7 @@ def _play_pictures(study: Study, joint: Joint, history: History) -> list[Picture
         caption = (
             "The loop of a drive that reverses is as high as the lost motion: the play and the deflection of flanks."
         )
-        paint = partial(draw_phase_portrait, quantity=loop[0], rate=loop[1])
+        paint = partial(_paint_over, quantity=loop[0], rate=loop[1])
         pictures.append(Picture(title, caption, f"{title}: {loop[1][2]} over the {loop[0][2]}.", paint, SQUARE_SIZE))
     elif history.angle is not None:
         crank, values = (history.angle, "rad", "crank angle"), (history.values(place.name), place.unit, "position")
@@ -328,7 +359,7 @@ def _play_pictures(study: Study, joint: Joint, history: History) -> list[Picture
         title = f"Position {'between the stops' if is_stopped else 'in the play'} over the crank angle{joint_text}"
         caption = "Above zero: the drive flank. If the drive reverses, the loop is as wide as the lost motion."
         caption = "" if is_stopped else caption
-        paint = partial(draw_phase_portrait, quantity=crank, rate=values)
+        paint = partial(_paint_over, quantity=crank, rate=values)
         pictures.append(Picture(title, caption, f"{title}.", paint, SQUARE_SIZE))
     return [*pictures, _phase_portrait(place, rate, history)]
 
@@ -362,22 +393,87 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     quantity = "torque" if unit == "N*m" else "normal force"
     abscissa, paint = "time", history.painter(force, unit, quantity)
     if angle is not None and not history.is_over_time:
-        abscissa, paint = "crank angle", partial(draw_force, angle=angle, normal=force, levels=levels, unit=unit)
+        abscissa, paint = "crank angle", partial(_paint_force, angle=angle, force=force, levels=levels, unit=unit)
     alt = f"{capitalise(quantity)} over {abscissa}, at most {_largest_text(force, unit)} among the samples."
     return [Picture(f"{capitalise(quantity)}{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
+
+
+def _paint_force(
+    ax: Axes, angle: np.ndarray, force: np.ndarray, levels: Sequence[tuple[str, float]], unit: str
+) -> None:
+    """Draw the normal force (`unit`, N or N*m) over the crank angle (rad), with named levels as horizontal lines."""
+    scale = wording.scale(unit, [*force, *(level for _, level in levels)])
+    ax.plot(np.degrees(angle), force / scale.factor, color=BLUE, linewidth=0.7)
+    for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
+        ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
+    ax.yaxis.label = f"{'torque' if unit == 'N*m' else 'normal force'} [{scale.unit}]"
+    ax.set_ylim(0.0, None)
+    set_crank_angle_axis(ax, angle, has_legend=bool(levels))
+
+
+def _paint_orbit(ax: Axes, curve: tuple[np.ndarray, ...], clearance: float) -> None:
+    """Draw the path of the journal centre in the clearance circle (m); curve : x, y (m), normal force (N)."""
+    scale = wording.scale("m", clearance)
+    x, y, radius = curve[0] / scale.factor, curve[1] / scale.factor, clearance / scale.factor
+    ax.circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, zorder=0)
+    ax.plot(x, y, color=GREY, linewidth=0.5, alpha=0.8)
+    _draw_contact_points(ax, x, y, curve[2])
+    ax.set_square(1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0))))
+    ax.set_labels(f"journal x [{scale.unit}]", f"journal y [{scale.unit}]")
+    for side in (ax.xaxis, ax.yaxis):
+        side.tick_rule = round_ticks(5)
+
+
+def _draw_contact_points(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
+    """Draw the points of a path in contact, coloured by the force (N)."""
+    in_contact = force > 0.0
+    if in_contact.any():
+        scale = wording.scale("N", force)
+        forces = force[in_contact] / scale.factor
+        colours = ColourScale(float(forces.min()), float(forces.max()))
+        ax.scatter(x[in_contact], y[in_contact], size=2.0, values=forces, scale=colours, zorder=3)
+        draw_colour_bar(ax, colours, f"normal force [{scale.unit}]")
 
 
 def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
     """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
     x, y, force = curve
-    magnification = penetration_magnification(x, y, clearance)
+    gap = clearance - np.hypot(x, y)
+    deepest = max(float(-gap.min()), 0.0)
+    magnification = 1.0  # of penetration relative to the gap: one digit, at least 1
+    if deepest > 0.0:
+        magnification = max(float(f"{DRAWN_PENETRATION * clearance / deepest:.1g}"), 1.0)
+
+    def paint(ax: Axes) -> None:
+        scale, direction = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
+        height = np.where(gap < 0.0, magnification * gap, gap) / scale.factor
+        seams = np.flatnonzero(np.abs(np.diff(direction)) > 180.0) + 1  # where a line crosses +-180 degrees
+        line = np.insert(direction, seams, np.nan), np.insert(height, seams, np.nan)
+        ax.plot(*line, color=GREY, linewidth=0.5, alpha=0.8)
+        ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", zorder=0)
+        ax.axhline(0.0, color=INK, linewidth=1.0)
+        _draw_contact_points(ax, direction, height, force)
+        high = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor)
+        low = 1.1 * min(float(height.min()), 0.0)
+        depths = [-deepest, -0.5 * deepest] if deepest else []
+        gap_ticks = np.asarray(round_ticks(max(1, round(4.0 * high / (high - low))))(0.0, high))
+        gap_ticks = gap_ticks[(gap_ticks >= 0.0) & (gap_ticks <= high)]
+        names = [wording.short_number_text(value / scale.factor, 2).replace("-", wording.MINUS) for value in depths]
+        names += [wording.short_number_text(float(value), 3) for value in gap_ticks]
+        ax.yaxis.set_ticks([*(magnification * value / scale.factor for value in depths), *gap_ticks], names)
+        ax.set_xlim(-180.0, 180.0)
+        ax.set_ylim(low, high)
+        ax.set_labels("direction of the journal centre [°]", f"gap [{scale.unit}]")
+        ax.xaxis.tick_rule = multiples_of(90)
+        set_plain_axes(ax)
+
     note = f"; below zero is the penetration, magnified {magnification:g} times" if magnification > 1.0 else ""
     smallest_gap = wording.quantity_text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
     return Picture(
         f"Journal orbit unrolled{joint_text}",
         f"The gap in the direction of the journal centre{note}.",
         f"Gap against the direction of the journal centre, at least {smallest_gap}.",
-        lambda ax: draw_unrolled_orbit(ax, x, y, force, clearance),
+        paint,
         SQUARE_SIZE,
     )
 
@@ -460,86 +556,3 @@ def largest_texts(histories: Iterable[np.ndarray | None], unit: str) -> list[str
     """Return the largest magnitudes of compared histories that are known, all in one unit."""
     known = (values for values in histories if values is not None)
     return wording.texts_in_common_unit((float(np.abs(values).max()) for values in known), unit)
-
-
-# A journal in its bearing in space, from the saved channels of a case.
-
-TALL_SIZE = (4.2, 3.6)  # inches
-MAX_DOT_POSITIONS = 240  # places of a dot that moves: a browser goes straight between them
-
-
-def spatial_pictures(
-    case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], angle: np.ndarray
-) -> list[Picture]:
-    """Return the pictures of a spatial joint; values : channel -> its history in SI; angle : rad, of the crank."""
-    ends_of_journal = journal_ends(case, joint, values)
-    half_lengths = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
-    tilt, limit = values(f"joints/{joint.column}/tilt"), simulation.jam_angle(joint)
-    jam_tilt = limit if np.isfinite(limit) else None  # rad, at which a journal jams
-    largest_text, frame_text = f"{np.degrees(tilt.max()):.3g}°", "the frame of the bearing, z along it"
-    scale_factor, stride = wording.scale("m", joint.clearance).factor, -(-ends_of_journal.shape[1] // MAX_DOT_POSITIONS)
-    dots = [
-        Dot(end[::stride, :2] / scale_factor, colour) for end, colour in zip(ends_of_journal, END_COLOURS, strict=True)
-    ]
-    return [
-        Picture(
-            "The journal's axis in its bearing",
-            f"Orbits of both ends in {frame_text}; the scale across it is larger. Circles are the radial clearance.",
-            f"Orbits of both ends of the journal's axis; it tilts by {largest_text} at most.",
-            lambda ax: draw_axis(ax, ends_of_journal, half_lengths, joint.clearance),
-            TALL_SIZE,
-        ),
-        Picture(
-            "Both ends along the bearing",
-            "Click to play one revolution in 8 s.",
-            "Orbits of both ends of the journal's axis, seen along the bearing.",
-            lambda ax: draw_end_orbits(ax, ends_of_journal, joint.clearance),
-            TALL_SIZE,
-            dots=tuple(dots),
-        ),
-        Picture(
-            "Tilt",
-            "Angle between the axes of bearing and journal.",
-            f"Tilt against crank angle, at most {largest_text}.",
-            lambda ax: draw_tilt(ax, angle, tilt, jam_tilt),
-            FLAT_SIZE,
-        ),
-    ]
-
-
-def journal_ends(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -> np.ndarray:
-    """Return the positions (2, n, 3) m of both ends of the journal's axis in the frame of the bearing, z along it."""
-    mechanism = simulation.mechanism_of(case)
-    site = mechanism.site(joint.name)
-    journal_body, bearing = site.journals
-    bearing_frames, journal_frames = _frames(values, bearing), _frames(values, journal_body)
-    # Rotation matrix of a rotation vector about x and y, by Rodrigues' formula
-    a, b = joint.tilt
-    angle = float(np.hypot(a, b))
-    cross_product = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
-    sine_term, cosine_term = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
-    matrix: np.ndarray = np.eye(3) + sine_term * cross_product + cosine_term * (cross_product @ cross_product)
-    rotation = bearing_frames @ matrix
-    centre = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
-    half_axis = 0.5 * float(joint.journal_length or 0.0) * journal_frames[:, :, 2]
-    ends = np.stack([centre + half_axis, centre - half_axis])
-    rotated: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(rotation, (ends.shape[1], 3, 3)), ends)
-    return rotated
-
-
-def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
-    """Return the rotation matrices (n, 3, 3) of a body; (1, 3, 3) of the ground."""
-    if body == GROUND:
-        return np.eye(3)[None]
-    w, x, y, z = (values(f"{column_name(body)}/q{k}") for k in "wxyz")
-    rows = (
-        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
-        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
-        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
-    )
-    return np.moveaxis(np.array(rows), -1, 0)
-
-
-def is_spatial(channels: Mapping, joint: str) -> bool:
-    """Return whether the channels are those of a spatial joint, named as in columns."""
-    return f"joints/{joint}/tilt" in channels
