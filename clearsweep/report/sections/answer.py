@@ -4,7 +4,7 @@ import itertools
 import math
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from markupsafe import Markup
@@ -22,8 +22,10 @@ from ...language.wording import TIMES, is_missing
 from ..axis import PEAK, Axis
 from ..blocks.section import Cards, Gallery, Picture, Points, Section, Sentences, section
 from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, columns_of, count_cell
-from ..draw.comparison import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
+from ..draw import INK
+from ..draw.comparison import MAP_SIZE, cell_font_size, draw_cells
 from ..effects import main_effects_of
+from ..plot import Axes, ColourScale
 from ..study import (
     Joint,
     Study,
@@ -141,6 +143,19 @@ def _driver_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
 
 MAX_MAPS = 3  # pairs of axes at most
 NOTE = "Each cell shows its smallest margin in per cent. It passes if all of its cases meet all limits."
+#: Of passing cells, those whose design fails elsewhere, and failing ones: distinguished by any eye, and in grey.
+CELL_COLOURS = ("#9fd0e8", "#dcecf5", "#f2b28c")
+FAILS_ELSEWHERE, FAILING_CODE = 1.0, 2.0  # codes of cells; 0: passes
+VERDICT_COLOURS = ColourScale(-0.5, FAILING_CODE + 0.5, CELL_COLOURS, is_stepped=True)
+PASS_DOT_COLOUR, FAIL_DOT_COLOUR = "#1f5f86", "#a34a12"
+
+
+class Dots(NamedTuple):
+    """Cases between the cells of a map: (cases,) each."""
+
+    x: np.ndarray  # positions on the first axis
+    y: np.ndarray  # and on the second
+    failing: np.ndarray  # bool
 
 
 def verdict_sections(study: Study) -> list[Section]:
@@ -218,12 +233,32 @@ def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
         dots_text = wording.count_text(len(added_cases.x), "dot")
         case_phrase = "is a case" if len(added_cases.x) == 1 else "are cases"
         caption += f" The {dots_text} between cells {case_phrase} that refine added; crosses exceed a limit."
+
+    def paint(ax: Axes) -> None:
+        texts = np.empty(failing.shape, object)
+        for place, is_failing in np.ndenumerate(failing):
+            margin = smallest[place]
+            margin_text = wording.number_text(float(100.0 * margin), 2) if np.isfinite(margin) else ""
+            passing_text = "(ok)" if reservations[place] == FAILS_ELSEWHERE else "ok"
+            verdict_text = wording.DASH if np.isnan(is_failing) else "no" if is_failing else passing_text
+            texts[place] = f"{verdict_text}\n{margin_text}".strip()
+        codes = np.where(failing == 0.0, reservations, FAILING_CODE * failing)
+        draw_cells(ax, codes, (x_axis, y_axis), VERDICT_COLOURS, texts, cell_font_size(failing.shape[1], 5))
+        # Draw the line between neighbours of which one passes and the other fails
+        rows, columns = np.nonzero(np.abs(np.diff(failing, axis=1)) == 1.0)
+        ax.vlines(columns + 0.5, rows - 0.5, rows + 0.5, color=INK, linewidth=1.8)
+        rows, columns = np.nonzero(np.abs(np.diff(failing, axis=0)) == 1.0)
+        ax.hlines(rows + 0.5, columns - 0.5, columns + 0.5, color=INK, linewidth=1.8)
+        for is_failing, colour, marker, size in ((False, PASS_DOT_COLOUR, "o", 3.7), (True, FAIL_DOT_COLOUR, "X", 3.0)):
+            chosen = added_cases.failing == is_failing
+            ax.scatter(added_cases.x[chosen], added_cases.y[chosen], size=size, color=colour, marker=marker)
+
     return Picture(
         f"Within the limits: {x_axis.name} {wording.TIMES} {y_axis.name}",
         caption,
         f"Map of the smallest margin over {x_axis.name} and {y_axis.name}: {passing_cells} of {cells} cells meet all "
         f"limits. {caption}",
-        lambda ax: draw_margin_cells(ax, (smallest, failing, reservations), (x_axis, y_axis), added_cases),
+        paint,
         MAP_SIZE,
     )
 

@@ -13,9 +13,10 @@ from ...language.errors import InputError
 from ..axis import PEAK, Axis
 from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, section, without_empty
 from ..blocks.table import Column, Quantity, Table, columns_of, count_cell
-from ..draw import comparison
+from ..draw import BLUE, RED, comparison, label_with_unit, set_log_scale
 from ..effects import MatchedCases, axis_key, main_effects_of, match_cases, positive_values
 from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
+from ..plot import Axes
 from ..study import Joint, Study, answer_of_study, joint_with_laws, resolve_cases, worst_case
 
 # Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values.
@@ -180,11 +181,22 @@ def _strip_plot(study: Study, axis: Axis, joint: Joint, column: str, name: str) 
     scale = study.scale(column)
     title = f"{capitalise(name)} by {axis.name}{study.joint_text(joint, ', joint {}')}"
     medians = "; ".join(f"{law}: {scale.text(np.median(points))}" for law, points in groups)
+
+    def paint(ax: Axes) -> None:
+        for row, (_, points) in enumerate(groups):
+            ax.plot(points / scale.factor, np.full(len(points), row), "o", color=BLUE, markersize=4.5, alpha=0.55)
+            ax.plot(np.median(points) / scale.factor, row, "|", color=RED, markersize=11, markeredgewidth=2.2)
+        all_points = np.concatenate([points for _, points in groups])
+        if all_points.min() > 0.0 and all_points.max() > 4.0 * all_points.min():  # else a log axis has no ticks
+            set_log_scale(ax, "x")
+        comparison.label_rows(ax, [law for law, _ in groups])
+        ax.xaxis.label = label_with_unit(name, scale)
+
     return Picture(
         title,
         "Each point is a case; the bar is the median.",
         f"{title}, medians. {medians}",
-        lambda ax: comparison.draw_strip(ax, groups, name, scale),
+        paint,
         size=(4.2, 1.0 + 0.22 * len(groups)),
     )
 

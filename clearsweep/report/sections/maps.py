@@ -5,8 +5,9 @@ large nor small values are worse, it shows the median.
 """
 
 import itertools
+import re
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +21,10 @@ from ...language import wording
 from ..axis import Axis
 from ..blocks.section import Gallery, Picture, Section, Spot, capitalise, section, without_empty
 from ..blocks.table import column_label
-from ..draw import comparison
-from ..draw.comparison import MAP_SIZE, Cells, CurveFamily, draw_heat_map
+from ..draw import MAX_LABELLED_TICKS, RED, comparison, draw_colour_bar, label_with_unit, set_log_scale, set_plain_axes
+from ..draw.comparison import MAP_SIZE, cell_font_size, draw_cells
 from ..effects import main_effects_of
+from ..plot import Axes, ColourScale
 from ..study import (
     EXCLUDED_STARTS_NOTE,
     P99_OVER_IDEAL,
@@ -43,7 +45,10 @@ from ..study import (
     smallest,
 )
 from .drivers import effect_picture, ideal_varies
+from .sample import limit_columns
 
+CUT_OFF, UNSAFE = "cut\noff", "unsafe"
+DARK_FRACTION = 0.55  # of the colours: below it, the text of a cell is white
 MAX_SPOTS = 150  # largest number of cells with tooltips; larger maps are pixels
 MAX_PAIRS = 6  # heat maps per joint: every pair of up to four axes
 WITHOUT_WORSE_DIRECTION = ("contact_fraction", "impacts_per_rev", "restitution")  # figures without a worse direction
@@ -215,11 +220,25 @@ def _map_picture(study: Study, figure_map: FigureMap, value_range: tuple[float, 
         criteria = film_criterion_text(finished_cases(study), figure_map.joint.name)
         caption += f" Unsafe: a case of the cell is not {criteria}."
     caption += EXCLUDED_STARTS_NOTE if excludes_cut_off_starts(study, figure_map.column) else ""
+
+    def paint(ax: Axes) -> None:
+        numbers, texts = table / scale.factor, np.empty(table.shape, object)
+        low, high = (end / scale.factor for end in value_range)
+        colours = ColourScale(low, high, is_log=low > 0.0 and high > comparison.LOG_SCALE_RATIO * low)
+        for place, value in np.ndenumerate(numbers):
+            number = wording.number_text(value, 3) if np.isfinite(value) else wording.DASH
+            texts[place] = CUT_OFF if np.isinf(value) else f"{number}\n{UNSAFE}" if unsafe[place] else number
+        longest = max((len(line) for text in texts.flat for line in text.split("\n")), default=1)
+        is_dark = np.isfinite(numbers) & (colours.fractions(numbers) < DARK_FRACTION)
+        size = cell_font_size(table.shape[1], longest)
+        draw_cells(ax, numbers, figure_map.pair, colours, texts, size, is_dark)
+        draw_colour_bar(ax, colours, label_with_unit(figure_map.name, scale))
+
     return Picture(
         f"{capitalise(figure_map.name)}: {x_axis.name} {wording.TIMES} {y_axis.name}",
         caption,
         f"Heat map of {figure_map.name} over {x_axis.name} and {y_axis.name}, from {lowest} to {highest}. {caption}",
-        lambda ax: draw_heat_map(ax, Cells(table, unsafe), figure_map.pair, scale, figure_map.name, value_range),
+        paint,
         MAP_SIZE,
         spots=_spots(study, figure_map, scale),
     )
@@ -263,6 +282,7 @@ def _spots(study: Study, figure_map: FigureMap, scale: wording.Scale) -> tuple[S
 MAX_CURVES = 7  # curves side by side that can be distinguished
 MAX_PICTURES = 6
 MIN_VALUES = 3  # values that make a curve
+MAX_SIDE_NAME_LENGTH = 10  # letters of a curve's name above which names are placed at the top
 
 
 class PlottedFigure(NamedTuple):
@@ -319,11 +339,36 @@ def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axi
         np.linspace(0, len(reduced_values) - 1, min(len(reduced_values), MAX_CURVES)).round().astype(int)
     )
     names = [curve_axis.short_text(curve_axis.values[index]) if curve_axis else "" for index in row_indices]
-    limit_values = None if plotted.limit is None else _strictest_limit_values(study, plotted.limit, x_axis)
-    family = CurveFamily(
-        x_axis, curve_axis.label() if curve_axis else "", names, reduced_values[row_indices], limit_values
-    )
-    scale = study.scale(plotted.column)
+    curves, scale = reduced_values[row_indices], study.scale(plotted.column)
+    limit_values = np.full(len(x_axis.values), np.nan)
+    if plotted.limit is not None:  # its strictest value at each value of the axis
+        limits = plotted.limit.limit_values(limit_columns(study, plotted.limit))
+        strictest = smallest if plotted.limit.kind == "at_most" else largest
+        limit_values = _reduced_values(study, limits, (x_axis, None), strictest)[0]
+
+    def paint(ax: Axes) -> None:
+        known_values = np.concatenate([curves[np.isfinite(curves)], limit_values[np.isfinite(limit_values)]])
+        positions = comparison.positions_of(x_axis)
+        colours = ColourScale(0.0, 1.0).hex_colours(np.linspace(0.0, 0.85, len(names)))
+        for curve, label, colour in zip(curves, names, colours, strict=True):
+            is_known = np.isfinite(curve)
+            marker = "o" if len(positions) <= MAX_LABELLED_TICKS else ""
+            style: dict[str, Any] = {"marker": marker, "markersize": 3.5, "linewidth": 1.4}
+            ax.plot(positions[is_known], curve[is_known] / scale.factor, color=colour, label=label, **style)
+        if plotted.limit is not None:
+            ax.plot(positions, limit_values / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
+        ax.set_labels(x_axis.label(), label_with_unit(plotted.name, scale))
+        comparison.label_abscissa(ax, x_axis, positions)
+        if known_values.min() > 0.0 and known_values.max() > comparison.LOG_SCALE_RATIO * known_values.min():
+            set_log_scale(ax, "y")
+        elif known_values.min() >= 0.0:
+            ax.set_ylim(0.0, 1.08 * known_values.max() / scale.factor or None)
+        set_plain_axes(ax)
+        if max(map(len, names)) > MAX_SIDE_NAME_LENGTH:
+            ax.set_legend("above", columns=2, sample=1.4, left=comparison.NAMES_LEFT)
+        elif curve_axis and any(names):
+            ax.set_legend("right", title=re.sub(r" (?=[\[(])", "\n", curve_axis.label()), sample=1.4)
+
     range_text = " to ".join(
         scale.text(value) for value in (float(np.nanmin(reduced_values)), float(np.nanmax(reduced_values)))
     )
@@ -342,7 +387,7 @@ def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axi
         caption,
         f"{capitalise(plotted.name)} over "
         f"{x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: {range_text}.",
-        lambda ax: comparison.draw_family(ax, family, scale, plotted.name),
+        paint,
     )
 
 
@@ -359,14 +404,6 @@ def _reduced_values(
         if len(cases):
             row[0, index] = reduction(values[cases])
     return row
-
-
-def _strictest_limit_values(study: Study, limit: Limit, x_axis: Axis) -> np.ndarray:
-    """Return the strictest value (SI) of a limit at each value of an axis."""
-    columns = {name: study.cases[name] for name in (limit.column, limit.times) if name}
-    strictest = smallest if limit.kind == "at_most" else largest
-    limit_values: np.ndarray = _reduced_values(study, limit.limit_values(columns), (x_axis, None), strictest)[0]
-    return limit_values
 
 
 # Wear at a glance: the map of the joint that wears deepest.

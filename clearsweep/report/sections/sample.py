@@ -25,12 +25,12 @@ from .. import effects
 from ..axis import Axis
 from ..blocks.section import Block, Gallery, Note, Picture, Points, Section, Sentences, capitalise, section
 from ..blocks.table import Column, Quantity, Table, axis_columns, columns_in_table, columns_of, count_cell
-from ..draw import RED, comparison
+from ..draw import BLUE, INK, RED, comparison, label_with_unit, set_plain_axes
 from ..effects import Sample, SingleEffect
 from ..plot import Axes
 from ..study import Study
 
-MAX_HISTOGRAMS = 12  # drawn at most
+MAX_HISTOGRAMS, MAX_BIN_EDGES = 12, 41  # drawn at most
 MAX_SCATTER_PLOTS = 4  # seen at once
 MAX_SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
@@ -220,13 +220,24 @@ def _histogram(study: Study, sample: Sample, figure: LimitedFigure) -> Picture:
     share_quantiles = zip(QUANTILES, quantiles, strict=True)
     absolute_limits = [limit.value for limit in figure.limits if not limit.times]
     alt = ", ".join(f"{share:.0%} quantile {scale.text(quantile)}" for share, quantile in share_quantiles)
+
+    def paint(ax: Axes) -> None:
+        scaled = values / scale.factor
+        edges = np.histogram_bin_edges(scaled, "auto" if np.ptp(scaled) > 1e-9 * np.abs(scaled).max() else 1)
+        edges = edges if len(edges) <= MAX_BIN_EDGES else np.linspace(edges[0], edges[-1], MAX_BIN_EDGES)
+        ax.hist(scaled, edges.tolist(), weights=np.full(len(scaled), 100.0 / len(scaled)), color=BLUE, alpha=0.85)
+        for quantile in quantiles:
+            ax.axvline(quantile / scale.factor, color=INK, linewidth=0.9, linestyle=":")
+        for limit in absolute_limits[:1]:
+            ax.axvline(limit / scale.factor, color=RED, linewidth=1.4)
+        ax.set_labels(label_with_unit(figure.name, scale), "cases [%]")
+        set_plain_axes(ax)
+
     return Picture(
         capitalise(figure.name),
         "; ".join(settings),
         f"Histogram of {figure.name}, {len(values)} cases. {alt}",
-        lambda ax: comparison.draw_histogram(
-            ax, values, figure.name, scale, quantiles, absolute_limits[0] if absolute_limits else None
-        ),
+        paint,
         size=(3.3, 2.8),
     )
 
