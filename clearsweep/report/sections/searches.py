@@ -106,9 +106,7 @@ def _read_answers(study: Study) -> _Answers | None:
         return None
     axis = next(axis for axis in study.axes if axis.path == paths[0])
     others = tuple(axis for axis in study.axes if axis.path not in paths and len(axis.values) > 1)
-    rows: list[dict[str, Any]] = [
-        {name: None if is_missing(value) else value for name, value in row.items()} for row in frame.to_dict("records")
-    ]
+    rows = _rows_of(frame)
     intervals = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
     while axis.digits < 16 and any(axis.number_text(low) == axis.number_text(high) for low, high in intervals):
         axis = axis._replace(digits=axis.digits + 1)
@@ -255,10 +253,13 @@ def _best_rows(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
     if frame is None or frame.empty:
         return None
     names = [name for sense in SENSES for name in study.run.grid["optimise"].get(sense, [])]
-    rows = [
-        {name: None if is_missing(value) else value for name, value in row.items()} for row in frame.to_dict("records")
-    ]
-    return rows, names
+    return _rows_of(frame), names
+
+
+def _rows_of(frame: Any) -> list[dict[str, Any]]:
+    """Return the rows of a table of results; None for null."""
+    records = frame.to_dict("records")
+    return [{name: None if is_missing(value) else value for name, value in row.items()} for row in records]
 
 
 def _shorten_table(table: Table) -> Table:

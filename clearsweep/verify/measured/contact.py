@@ -11,41 +11,17 @@ from ...contracts.results import Trajectory
 from ...grid.cases import put_values
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, run, style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, read_yaml, run, style_axes
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Measured oblique impacts of a ball on a wall: effect of the friction law on rebound and spin.
 
 
 OBLIQUE = "Oblique impact of a ball"
-RADIUS, SPEED, FRICTION = 2.5e-3, 3.9, 0.092  # m, m/s
-BRISTLE_STIFFNESS = 1.61e5  # 1/m
+RADIUS, SPEED = 2.5e-3, 3.9  # m, m/s
 INITIAL_GAP = 1e-6  # m, initial distance of the ball
-FULL_FRICTION_SPEED = 1e-3  # m/s: sliding speed of fully developed friction; far below all speeds of the impact
 FREE_FLIGHT_TIME = 20e-6  # s, after the end of the contact
-_STRIBECK_PARAMETERS = {
-    "coefficient": FRICTION,
-    "static_coefficient": FRICTION,
-    "stribeck_velocity": FULL_FRICTION_SPEED,
-}
-_BRISTLE_PARAMETERS = _STRIBECK_PARAMETERS | {"bristle_stiffness": BRISTLE_STIFFNESS, "bristle_damping": 0.0}
-FRICTION_LAWS: dict[str, dict[str, float]] = {
-    "tanh": {"coefficient": FRICTION, "velocity_scale": FULL_FRICTION_SPEED},
-    "ambrosio": {"coefficient": FRICTION, "v0": 0.1 * FULL_FRICTION_SPEED, "v1": FULL_FRICTION_SPEED},
-    "threlfall": {"coefficient": FRICTION, "velocity_scale": FULL_FRICTION_SPEED},
-    "bengisu-akay": {
-        "coefficient": FRICTION,
-        "static_coefficient": FRICTION,
-        "velocity_scale": FULL_FRICTION_SPEED,
-        "decay": 0.0,
-    },
-    "brown-mcphee": _STRIBECK_PARAMETERS,
-    "stribeck": _STRIBECK_PARAMETERS | {"velocity_scale": FULL_FRICTION_SPEED},
-    "karnopp": _STRIBECK_PARAMETERS | {"band": FULL_FRICTION_SPEED},
-    "dahl": {"coefficient": FRICTION, "bristle_stiffness": BRISTLE_STIFFNESS},
-    "lugre": _BRISTLE_PARAMETERS,
-    "elasto-plastic": _BRISTLE_PARAMETERS,
-}
+FRICTION_LAWS: dict[str, dict[str, float]] = read_yaml("friction_laws.yaml")
 DRAWN_LAWS = ("tanh", "karnopp", "dahl", "lugre", "elasto-plastic")
 
 

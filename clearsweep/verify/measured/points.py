@@ -95,8 +95,13 @@ class Reference(NamedTuple):
 
 def read_grid(name: str, values: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return a grid of `references/grids` as a dict, with some `values` (SI) at dotted paths."""
-    source: dict[str, Any] = YAML(typ="safe", pure=True).load(_read_text(f"grids/{name}.yaml"))
-    return put_values(source, values or {})
+    return put_values(read_yaml(f"grids/{name}.yaml"), values or {})
+
+
+def read_yaml(file: str) -> dict[str, Any]:
+    """Return the content of a YAML file of `references`."""
+    content: dict[str, Any] = YAML(typ="safe", pure=True).load(_read_text(file))
+    return content
 
 
 def run(source: dict[str, Any], failure: str, times: np.ndarray | None = None) -> Trajectory:
