@@ -12,7 +12,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun, grid_changes
 from ..axis import leaves
-from ..blocks.section import Block, Facts, Gallery, Picture, Points, Section, capitalise, without_empty
+from ..blocks.section import Facts, Gallery, Picture, Points, Section, capitalise, section
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, columns_of
 from ..draw import GREY, comparison
 from ..plot import Axes
@@ -80,25 +80,18 @@ def _values_at(study: Study, path: str) -> list[float | str | None]:
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: differences of setup and figures, and the most different cases."""
     settings = _differing_settings(pairs)
-    setup: list[Block] = [
-        Facts("Differences in setup", "Differences in setup", [(path, f"A: {a}; B: {b}") for path, a, b in settings])
-    ]
+    setup = Facts(
+        "Differences in setup", "Differences in setup", [(path, f"A: {a}; B: {b}") for path, a, b in settings]
+    )
     studies = zip((pairs.first, pairs.second), RUN_NAMES, strict=True)
     answers = [(name, answer_of_study(study)["sentences"]) for study, name in studies]
     verdict_sentences = [f"{name}: {sentences[0]}" for name, sentences in answers if sentences]
     changes = [_changed_values_sentence(settings), *verdict_sentences, *_largest_change_sentences(pairs)]
-    blocks: list[Block] = [Points([*changes, *_comparison_sentences(pairs)])]
+    points, tables = Points([*changes, *_comparison_sentences(pairs)]), (_figure_table(pairs), _case_table(pairs))
+    same = Points(["Both runs have the same setup and differ only in their swept values."])
     return [
-        Section(
-            "comparison",
-            "Case by case",
-            without_empty([*blocks, _pictures(pairs), _figure_table(pairs), _case_table(pairs)]),
-        ),
-        Section(
-            "setup",
-            "Setup",
-            without_empty(setup) or [Points(["Both runs have the same setup and differ only in their swept values."])],
-        ),
+        *section("comparison", "Case by case", points, _pictures(pairs), *tables),
+        *section("setup", "Setup", setup if setup.rows else same),
     ]
 
 

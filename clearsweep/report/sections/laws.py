@@ -11,7 +11,7 @@ from ...contracts.case import Case
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import PEAK, Axis
-from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, section, without_empty
+from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, section
 from ..blocks.table import Column, Quantity, Table, columns_of, count_cell
 from ..draw import BLUE, RED, comparison, label_with_unit, set_log_scale
 from ..effects import MatchedCases, axis_key, main_effects_of, match_cases, positive_values
@@ -416,8 +416,7 @@ def bending_links_sections(study: Study) -> list[Section]:
         f"The drive turns at {wording.number_text(hardest.ratio, 2)} of the first bending rate of {hardest.name}. "
         "Above 0.5 the deflections leave the model.",
     ]
-    blocks = without_empty([Sentences(sentences), _table(study, worst, links)])
-    return [Section("bending-links", "Links that bend", blocks)]
+    return section("bending-links", "Links that bend", Sentences(sentences), _table(study, worst, links))
 
 
 def _table(study: Study, worst: str, links: tuple[simulation.BendingLink, ...]) -> Table:

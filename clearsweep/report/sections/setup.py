@@ -240,9 +240,8 @@ def budget_sections(study: Study) -> list[Section]:
         return []
     base, unknowns = design
     bars = bars_of(study, column, base, unknowns)
-    gallery = Gallery("", [_budget_picture(study, bars)])
-    blocks = without_empty([Sentences(_sentences(study, column, base, bars)), gallery, _table(study, bars)])
-    return [Section("budget", "Error budget of the force peak", blocks)]
+    blocks = Sentences(_sentences(study, column, base, bars)), Gallery("", [_budget_picture(study, bars)])
+    return section("budget", "Error budget of the force peak", *blocks, _table(study, bars))
 
 
 def one_at_a_time_design(study: Study) -> tuple[str, list[Unknown]] | None:

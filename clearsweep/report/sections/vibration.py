@@ -12,7 +12,7 @@ from ...contracts.vibration import BEARING_PARTS, NO_SEVERITY, SEVERITIES, ZONES
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import Axis
-from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Gallery, Picture, Section, without_empty
+from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Gallery, Picture, Section, section
 from ..blocks.table import Table, case_table, columns_in_table
 from ..draw import BLUE, GREY, ORANGE, RED, draw_colour_bar, label_values, label_with_unit, set_plain_axes
 from ..draw.comparison import MAP_SIZE, draw_kinds
@@ -45,8 +45,8 @@ def vibration_sections(study: Study) -> list[Section]:
     worst = study.cases.worst_case(PEAK)
     pictures = [*_force_pictures(study, worst), *_envelopes(study, worst), *_waterfalls(study)]
     pictures += [*_run_up(study, worst), *[picture for place in _places(study) for picture in _zones(study, place)]]
-    blocks = without_empty([Gallery(f"{NOTE} The worst case has the largest force on the frame.", pictures)])
-    return [Section("vibration", "Vibration", [*blocks, _table(study)])]
+    gallery = Gallery(f"{NOTE} The worst case has the largest force on the frame.", pictures)
+    return section("vibration", "Vibration", gallery, _table(study))
 
 
 def _places(study: Study, figure: str = "velocity_rms") -> list[str]:
