@@ -103,33 +103,35 @@ def _compare_with_case(
     )
 
 
-# Drawings of identified values: their distribution, and the joint distribution of pairs of keys.
-
-BIN_COUNT = 40
-
-
 # Identified parameters: intervals, distributions, and the fit of the best cases.
 
 MAX_PAIRS = 6  # of keys that are drawn
+BIN_COUNT = 40  # of a distribution
+Parameter = tuple[Axis, dict[str, Any]]  # the axis of a key, and its value, interval and whether it is determined
+
+
+def _parameters(study: Study) -> list[Parameter]:
+    """Return the identified keys; [] if nothing was identified."""
+    axes = {axis.path: axis for axis in study.axes}
+    identified = study.run.grid.get("identified") or {}
+    return [(axes[parameter["path"]], parameter) for parameter in identified.get("parameters", ())]
 
 
 def identified_sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing was identified, or the run did not end."""
     identified: dict[str, Any] = study.run.grid.get("identified") or {}
-    sample = study.run.identify if identified else None
+    sample, parameters = study.run.identify if identified else None, _parameters(study)
     if sample is None or sample.empty:
         return []
-    axes = {axis.path: axis for axis in study.axes}
-    paths = [parameter["path"] for parameter in identified["parameters"]]
-    joint_count = len({path.split(".")[1] for path in paths if path.startswith("joints.")})
+    joint_count = len({axis.path.split(".")[1] for axis, _ in parameters if axis.path.startswith("joints.")})
     blocks: list[Block] = [
-        Sentences([f"{_estimate_text(axes[parameter['path']], parameter)}." for parameter in identified["parameters"]]),
+        Sentences([f"{_estimate_text(*parameter)}." for parameter in parameters]),
         Sentences(identification_sentences(identified, joint_count)),
         Gallery(
             "Dashed lines are the ends of the 95 % interval, the solid line is the median.",
-            _posterior_pictures(identified, sample, axes),
+            [_density_picture(*parameter, sample) for parameter in parameters],
         ),
-        _parameter_table(identified, axes),
+        _parameter_table(parameters),
     ]
     return section("identify", "The identified machine", *blocks)
 
@@ -138,24 +140,18 @@ def folded_identified_sections(study: Study) -> list[Section]:
     """Return pairs of keys and the fit of each feature, or [] if nothing was identified."""
     if not identified_sections(study):
         return []
-    identified, sample = study.run.grid["identified"], study.run.identify
-    pairs = Gallery(
-        "Darker cells are more probable.", _pair_pictures(identified, sample, {axis.path: axis for axis in study.axes})
-    )
-    return section("identify-more", "Identified pairs and measured features", pairs, _fit_table(identified))
+    pairs = itertools.islice(itertools.combinations([axis for axis, _ in _parameters(study)], 2), MAX_PAIRS)
+    pictures = [_pair_picture(*pair, study.run.identify) for pair in pairs]
+    table = _fit_table(study.run.grid["identified"])
+    gallery = Gallery("Darker cells are more probable.", pictures)
+    return section("identify-more", "Identified pairs and measured features", gallery, table)
 
 
 def parameter_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return a card for each key that was identified."""
-    axes = {axis.path: axis for axis in study.axes}
-    identified = study.run.grid.get("identified") or {}
     return [
-        (
-            capitalise(axes[parameter["path"]].name),
-            axes[parameter["path"]].scale.text(parameter["value"]),
-            _interval_text(axes[parameter["path"]], parameter),
-        )
-        for parameter in identified.get("parameters", ())
+        (capitalise(axis.name), axis.scale.text(parameter["value"]), _interval_text(axis, parameter))
+        for axis, parameter in _parameters(study)
     ]
 
 
@@ -173,50 +169,38 @@ def _estimate_text(axis: Axis, parameter: dict[str, Any]) -> str:
     return text[0].upper() + text[1:]
 
 
-def _posterior_pictures(identified: dict[str, Any], sample: Any, axes: dict[str, Axis]) -> list[Picture]:
-    """Return the distribution of each key."""
-    weights = sample["weight"].to_numpy()
+def _density_picture(axis: Axis, parameter: dict[str, Any], sample: Any) -> Picture:
+    """Return the distribution of a key."""
 
-    def density_picture(parameter: dict[str, Any]) -> Picture:
-        axis = axes[parameter["path"]]
+    def paint(ax: Axes) -> None:
+        values, weights = axis.scale.from_si(sample[axis.path].to_numpy()), sample["weight"].to_numpy()
+        ax.hist(values, BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
+        for name, style in (("low", "--"), ("value", "-"), ("high", "--")):
+            ax.axvline(axis.scale.from_si(parameter[name]), color=BLUE, linestyle=style, linewidth=1.0)
+        ax.set_labels(axis.label(), "probability density")
+        ax.yaxis.set_ticks([])
+        set_plain_axes(ax)
 
-        def paint(ax: Axes) -> None:
-            values = axis.scale.from_si(sample[axis.path].to_numpy())
-            ax.hist(values, BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
-            for name, style in (("low", "--"), ("value", "-"), ("high", "--")):
-                ax.axvline(axis.scale.from_si(parameter[name]), color=BLUE, linestyle=style, linewidth=1.0)
-            ax.set_labels(axis.label(), "probability density")
-            ax.yaxis.set_ticks([])
-            set_plain_axes(ax)
-
-        return Picture(f"Probability of {axis.name}", "", f"{_estimate_text(axis, parameter)}.", paint)
-
-    return [density_picture(parameter) for parameter in identified["parameters"]]
+    return Picture(f"Probability of {axis.name}", "", f"{_estimate_text(axis, parameter)}.", paint)
 
 
-def _pair_pictures(identified: dict[str, Any], sample: Any, axes: dict[str, Axis]) -> list[Picture]:
-    """Return the distributions of pairs of keys."""
-    weights = sample["weight"].to_numpy()
+def _pair_picture(x_axis: Axis, y_axis: Axis, sample: Any) -> Picture:
+    """Return the distribution of a pair of keys."""
 
-    def pair_picture(x_axis: Axis, y_axis: Axis) -> Picture:
-        def paint(ax: Axes) -> None:
-            x, y = (axis.scale.from_si(sample[axis.path].to_numpy()) for axis in (x_axis, y_axis))
-            counts, x_edges, y_edges = np.histogram2d(x, y, BIN_COUNT // 2, weights=weights)
-            ax.cells(x_edges, y_edges, counts.T, ColourScale(0.0, float(counts.max()), BLUES))
-            ax.set_labels(x_axis.label(), y_axis.label())
+    def paint(ax: Axes) -> None:
+        x, y = (axis.scale.from_si(sample[axis.path].to_numpy()) for axis in (x_axis, y_axis))
+        counts, x_edges, y_edges = np.histogram2d(x, y, BIN_COUNT // 2, weights=sample["weight"].to_numpy())
+        ax.cells(x_edges, y_edges, counts.T, ColourScale(0.0, float(counts.max()), BLUES))
+        ax.set_labels(x_axis.label(), y_axis.label())
 
-        title = f"{x_axis.name} and {y_axis.name}"
-        return Picture(title, "", f"Probability of pairs of {title}.", paint)
-
-    pairs = itertools.combinations([axes[parameter["path"]] for parameter in identified["parameters"]], 2)
-    return [pair_picture(*pair) for pair in itertools.islice(pairs, MAX_PAIRS)]
+    title = f"{x_axis.name} and {y_axis.name}"
+    return Picture(title, "", f"Probability of pairs of {title}.", paint)
 
 
-def _parameter_table(identified: dict[str, Any], axes: dict[str, Axis]) -> Table:
+def _parameter_table(parameters: list[Parameter]) -> Table:
     """Return a row for each key."""
     rows = []
-    for parameter in identified["parameters"]:
-        axis = axes[parameter["path"]]
+    for axis, parameter in parameters:
         cells = [Quantity(parameter[name], axis.scale.text(parameter[name])) for name in ("value", "low", "high")]
         rows.append((axis.name, *cells, parameter["determined"]))
     columns = columns_of("key | median | from | to | determined")
