@@ -51,15 +51,11 @@ def _classify_motion(study: Study, joint: Joint) -> Kinds:
     )
     impact = short_contacts(study, joint)
     lasting = np.clip(contact_share - impact, 0.0, None) if np.isfinite(impact).any() else impact
-    return Kinds(contact, _periods(study), 1.0 - contact_share, impact, lasting)
-
-
-def _periods(study: Study) -> np.ndarray:
-    """Return the index in PERIODS of every finished case; -1 if unknown."""
-    if "period" not in study.cases:
-        return np.full(len(study.cases), -1, np.int8)
-    period = study.cases["period"]
-    return _first_true([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3)
+    period = np.full(len(study.cases), -1, np.int8)
+    if "period" in study.cases:
+        revolutions = study.cases["period"]
+        period = _first_true([revolutions == 1.0, revolutions == 2.0, revolutions > 2.0], [0, 1, 2], 3)
+    return Kinds(contact, period, 1.0 - contact_share, impact, lasting)
 
 
 def _first_true(conditions: list[np.ndarray], codes: list[int], default: int) -> np.ndarray:

@@ -113,11 +113,6 @@ class Study(NamedTuple):
         return self.is_start_up or self.turn != "revolution"
 
     @property
-    def onset_name(self) -> str:
-        """Return the name of the events that the figure `impacts_per_rev` counts."""
-        return f"impacts per {self.turn}" if self.is_driven else "impacts"
-
-    @property
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits of the grid."""
         return limits_and_figures_of(self.run.grid).limits

@@ -40,7 +40,7 @@ from . import setup
 from .identified import parameter_cards
 from .laws import elastic_laws_sections, elastic_links_sections, law_choice_sections, recommendation_texts
 from .maps import answer_maps
-from .sample import failures_by_status, finished_and_failed, limit_columns, limit_counts, remark_counts
+from .sample import failures_by_status, finished_and_failed, limit_columns, limit_counts, summed_counts
 from .searches import answer_cards
 
 # The cards at the top of the page: verdict, margin, worst case, force, error, life, and what drives them.
@@ -427,7 +427,7 @@ def law_range_remarks(study: Study) -> list[str]:
     cases = {"case_id": study.cases.index} | {name: study.cases[name] for name in names}
     for start in range(0, len(study.cases), CHUNK_ROWS):
         remarks.add({name: values[start : start + CHUNK_ROWS] for name, values in cases.items()})
-    if counted := remark_counts(study):
+    if study.run.marks() and (counted := summed_counts(study, "remarks")):
         remarks.replace_counts(counted)
     return remarks.sentences()
 
@@ -447,19 +447,13 @@ def trust_sections(study: Study) -> list[Section]:
 
 def reliability_points(study: Study) -> list[str]:
     """Return failures and warnings of the run, then a sentence each on laws, convergence and unknowns."""
-    return [
-        *_failure_points(study),
-        *(Markup("<b>Warning:</b> {}").format(text) for text in study.run.grid.get("warnings") or []),
-        *([] if study.cases.empty else _finished_case_points(study)),
-    ]
-
-
-def _failure_points(study: Study) -> list[str]:
     finished, failed = finished_and_failed(study)
-    if not failed or not finished:
-        return []
-    cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
-    return [cases + ". All results except the list of failures exclude them."]
+    points: list[str] = []
+    if failed and finished:
+        cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
+        points.append(cases + ". All results except the list of failures exclude them.")
+    points += [Markup("<b>Warning:</b> {}").format(text) for text in study.run.grid.get("warnings") or []]
+    return points if study.cases.empty else [*points, *_finished_case_points(study)]
 
 
 def _finished_case_points(study: Study) -> list[str]:

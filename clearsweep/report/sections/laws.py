@@ -343,10 +343,16 @@ def _stiffness_text(stiffness: float) -> str:
 def _computed_effect_text(study: Study, joint: Joint, worst: str) -> str:
     """Return the peaks of the cases that differ from the worst only in the stiffness of a link in words, or ''."""
     axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{STIFFNESS_KEY}")), None)
-    similar_cases = _cases_differing_in(study, axis, worst) if axis is not None and axis.is_numeric else []
-    if axis is None or len(similar_cases) < 2:
+    if axis is None or not axis.is_numeric:
         return ""
-    column = joint.column(PEAK.figure)
+    is_similar = np.ones(len(study.cases), dtype=bool)
+    for other in study.swept():
+        if other.path != axis.path:
+            value_indices = study.indices_on(other)
+            is_similar &= value_indices == value_indices[study.cases.row_of(worst)]
+    similar_cases, column = list(study.cases.index[is_similar]), joint.column(PEAK.figure)
+    if len(similar_cases) < 2:
+        return ""
     similar_cases.sort(key=lambda case_id: float(study.cases.at(case_id, axis.path)))
     values = [axis.text(study.cases.at(case_id, axis.path)) for case_id in similar_cases]
     peaks = study.texts(*((case_id, column) for case_id in similar_cases))
@@ -354,16 +360,6 @@ def _computed_effect_text(study: Study, joint: Joint, worst: str) -> str:
     return (
         f"With all other values as in this case, the force peak depends on {axis.name}: {wording.sentence_list(pairs)}."
     )
-
-
-def _cases_differing_in(study: Study, axis: Axis, worst: str) -> list[str]:
-    """Return the cases that differ from `worst` in one axis only, including itself."""
-    is_similar = np.ones(len(study.cases), dtype=bool)
-    for other in study.swept():
-        if other.path != axis.path:
-            value_indices = study.indices_on(other)
-            is_similar &= value_indices == value_indices[study.cases.row_of(worst)]
-    return list(study.cases.index[is_similar])
 
 
 def _bending_sentence(links: Links) -> str:

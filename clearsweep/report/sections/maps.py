@@ -148,7 +148,7 @@ def _figure_maps(study: Study, joint: Joint) -> list[FigureMap]:
         return []
     further = [(joint.column("force_peak"), "force peak"), (joint.column("force_peak_ratio"), "load over ideal peak")]
     further += [(joint.column(P99_OVER_IDEAL), "p99 / ideal peak")] if ideal_varies(study, joint) else []
-    further.append((joint.column("impacts_per_rev"), study.onset_name))
+    further.append((joint.column("impacts_per_rev"), f"impacts per {study.turn}" if study.is_driven else "impacts"))
     further += [(joint.column(figure), name) for figure, name in FIGURES]
     if joint == study.most_loaded_joint():
         further.append((study.column("error_max"), f"{study.run.layout.output} error"))

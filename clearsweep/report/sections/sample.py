@@ -538,7 +538,7 @@ def finished_and_failed(study: Study) -> tuple[int, int]:
 def failures_by_status(study: Study) -> Counter[str]:
     """Return the number of failed cases by status."""
     if study.run.marks():
-        statuses = _summed(study, "statuses")
+        statuses = summed_counts(study, "statuses")
         del statuses["ok"]
         return statuses
     return Counter(study.failed["status"].tolist())
@@ -547,7 +547,7 @@ def failures_by_status(study: Study) -> Counter[str]:
 def limit_counts(study: Study) -> LimitCounts:
     """Return the counts of finished cases that meet the limits of the grid."""
     if study.run.marks():
-        total, fails, unjudged = (_summed(study, part) for part in ("limits", "fails", "unjudged"))
+        total, fails, unjudged = (summed_counts(study, part) for part in ("limits", "fails", "unjudged"))
         by_limit = [(fails[str(index)], unjudged[str(index)]) for index in range(len(study.limits))]
         return LimitCounts(total["cases"], total["any"], total["unknown"], by_limit)
     if not study.limits:
@@ -565,11 +565,6 @@ def limit_counts(study: Study) -> LimitCounts:
     )
 
 
-def remark_counts(study: Study) -> Counter[str] | None:
-    """Return the counts of remarks on all cases, with their number under `cases`; None if the page shows all cases."""
-    return _summed(study, "remarks") if study.run.marks() else None
-
-
 def limit_columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
     """Return the columns that a limit uses."""
     return {name: study.cases[name] for name in (limit.column, limit.times) if name}
@@ -584,5 +579,6 @@ def with_note(study: Study, section: Section) -> Section:
     return section._replace(blocks=[Note(text), *section.blocks]) if text else section
 
 
-def _summed(study: Study, part: str) -> Counter[str]:
+def summed_counts(study: Study, part: str) -> Counter[str]:
+    """Return the counts of a part over all cases of a run in blocks."""
     return sum_counts([mark["counts"] for mark in study.run.marks()], part)

@@ -114,7 +114,10 @@ def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
     if not study.has(column):
         return []
     case_id = study.cases.worst_case(column)
-    hours = _hours_to_clearance(study, joint, case_id)
+    per_1000_hours, hours = joint.column(WEAR_PER_1000_HOURS), ""  # after which the wear equals the clearance
+    if per_1000_hours in study.cases:
+        row, depth = study.cases.row_of(case_id), float(study.cases.at(case_id, per_1000_hours))
+        hours = clearance_hours_text(finished_cases(study), joint.layout, row, depth)
     figures = [
         (name, joint.column(figure))
         for figure, name in DETAIL_FIGURES
@@ -133,15 +136,6 @@ def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
     )
     selector = selectable_cases(study, joint)
     return [deepest, selector] if selector else [deepest]
-
-
-def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
-    """Return the hours after which the wear of a case equals its clearance; '' unless it does within 1000 hours."""
-    per_1000_hours = joint.column(WEAR_PER_1000_HOURS)
-    if per_1000_hours not in study.cases:
-        return ""
-    row, depth = study.cases.row_of(case_id), float(study.cases.at(case_id, per_1000_hours))
-    return clearance_hours_text(finished_cases(study), joint.layout, row, depth)
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
