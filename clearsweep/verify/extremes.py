@@ -343,14 +343,28 @@ def machine_cases() -> list[ExtremeCase]:
         "guide": _guide_grid,
         "elastic rod": _elastic_rod_grid,
     }
-    generator = np.random.default_rng(MACHINE_SEED)
-    text = "{speed:g} rpm, {clearance:.0e} m, e {restitution:g}, load {load:g}"
+    text = "{}/{:02d} {speed:g} rpm, {clearance:.0e} m, e {restitution:g}, load {load:g}"
+    return _drawn_cases(
+        "machines",
+        (MACHINE_SEED, CASES_PER_MACHINE),
+        families,
+        lambda name, number, levels: text.format(name, number, **levels),
+    )
+
+
+def _drawn_cases(
+    factors: str,
+    seed_and_count: tuple[int, int],
+    families: Mapping[str, Callable[[Levels], Section]],
+    name_of: Callable[[str, int, Levels], str],
+) -> list[ExtremeCase]:
+    """Return as many cases of each family, with the levels of `factors` drawn by a seed; name_of : (family, number)."""
+    seed, count = seed_and_count
+    generator, levels_of_factors = np.random.default_rng(seed), read_levels()["factors"][factors]
     return [
-        ExtremeCase(f"{name}/{number:02d} {text.format(**levels)}", family(levels))
+        ExtremeCase(name_of(name, number, levels), family(levels))
         for name, family in families.items()
-        for number, levels in enumerate(
-            balanced_levels(generator, read_levels()["factors"]["machines"], CASES_PER_MACHINE)
-        )
+        for number, levels in enumerate(balanced_levels(generator, levels_of_factors, count))
     ]
 
 
@@ -392,7 +406,7 @@ def _machine_grid(
 ) -> Section:
     """Return a grid of these sections; the default drive has constant speed."""
     return {
-        "mechanism": mechanism | {"gravity": 9.81},
+        "mechanism": {"gravity": 9.81} | mechanism,
         "drive": drive or {"speed": levels["speed"] * math.pi / 30.0},
         **({"loads": loads} if loads else {}),
         "joints": joints,
@@ -470,16 +484,14 @@ FORMS = {
 
 def spatial_cases() -> list[ExtremeCase]:
     """Return all cases."""
-    generator, cases = np.random.default_rng(SPATIAL_SEED), []
-    for name, (clearance_joint, freedoms, flange) in FORMS.items():
-        for number, levels in enumerate(
-            balanced_levels(generator, read_levels()["factors"]["spatial"], CASES_PER_FORM)
-        ):
-            grid = _spatial_grid(levels, clearance_joint, freedoms)
-            grid["joints"][clearance_joint] |= _axial_sections(levels, flange=flange)
-            text = "{speed:g} rpm, {clearance:.0e} m, e {restitution:g}, tilt {tilt:g}"
-            cases.append(ExtremeCase(f"in space/{name} {number} {text.format(**levels)}", grid))
-    return cases
+    families = {name: functools.partial(_spatial_grid, form=form) for name, form in FORMS.items()}
+    text = "in space/{} {} {speed:g} rpm, {clearance:.0e} m, e {restitution:g}, tilt {tilt:g}"
+    return _drawn_cases(
+        "spatial",
+        (SPATIAL_SEED, CASES_PER_FORM),
+        families,
+        lambda name, number, levels: text.format(name, number, **levels),
+    )
 
 
 def _axial_sections(levels: Levels, *, flange: bool) -> Section:
@@ -492,9 +504,9 @@ def _axial_sections(levels: Levels, *, flange: bool) -> Section:
     return {"flange": False, "journal_length": 1.5 * SPATIAL_LENGTH, "tilt": tilt}
 
 
-def _spatial_grid(levels: Levels, clearance_joint: str, freedoms: str) -> Section:
-    """Return the grid of a spatial slider-crank; `freedoms` : of its ideal joint."""
-    rate, mass = levels["speed"] * math.pi / 30.0, levels["mass"]
+def _spatial_grid(levels: Levels, form: tuple[str, str, bool]) -> Section:
+    """Return the grid of a spatial slider-crank of one of FORMS."""
+    clearance_joint, freedoms, flange = form
     contact = _contact(levels, _load(levels), min(5e-4, levels["clearance"] * 10.0))
     (ideal_joint,) = {"crank-rod", "rod-slider"} - {clearance_joint}
     joint = {
@@ -505,21 +517,11 @@ def _spatial_grid(levels: Levels, clearance_joint: str, freedoms: str) -> Sectio
         "contact": contact | {"onset": "first"},
         "friction": tanh_section(levels["friction"], 1e-2),
     }
-    return {
-        "mechanism": {
-            "type": "slider-crank",
-            "spatial": True,
-            "crank": {"length": 0.05, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
-            "rod": {"length": 0.12, "mass": 0.21 * mass, "inertia": [2e-5 * mass, 2.5e-4 * mass, 2.5e-4 * mass]},
-            "slider": {"mass": 0.14 * mass},
-            "gravity": [0.0, -9.81, 0.0],
-            "ideal": {ideal_joint: freedoms},
-        },
-        "drive": {"speed": rate},
-        "joints": {clearance_joint: joint},
-        "simulate": {"revolutions": 2, "discard": 0},
-        "save": {"orbits": "none"},
-    }
+    mechanism = _slider_crank(levels)
+    mechanism["rod"]["inertia"] = [2e-5 * levels["mass"], mechanism["rod"]["inertia"], mechanism["rod"]["inertia"]]
+    mechanism |= {"spatial": True, "gravity": [0.0, -9.81, 0.0], "ideal": {ideal_joint: freedoms}}
+    joints = {clearance_joint: joint | _axial_sections(levels, flange=flange)}
+    return _machine_grid(levels, mechanism, joints, {}) | {"save": {"orbits": "none"}}
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -540,32 +542,21 @@ FILM_OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
 
 def film_cases() -> list[ExtremeCase]:
     """Return all cases."""
-    generator = np.random.default_rng(FILM_SEED)
-    return [
-        ExtremeCase(
-            f"{family}/{number:02d} {_film_levels_text(levels)}", _film_grid(levels, dry=family == "mixed film")
-        )
-        for family in ("film", "mixed film")
-        for number, levels in enumerate(balanced_levels(generator, read_levels()["factors"]["films"], FILMS_PER_FAMILY))
-    ]
 
+    def name_of(name: str, number: int, levels: Levels) -> str:
+        law, joints = FILM_LAWS[int(levels["law"])], " and ".join(FILM_OPENINGS[int(levels["opening"])])
+        text = "{speed:g} rpm, {clearance:.0e} m, load {scarcity:g}".format(**levels)
+        return f"{name}/{number:02d} {law} in {joints}, {text}"
 
-def _film_levels_text(levels: Levels) -> str:
-    """Return the main levels of a case in words."""
-    law, joints = FILM_LAWS[int(levels["law"])], " and ".join(FILM_OPENINGS[int(levels["opening"])])
-    return f"{law} in {joints}, {levels['speed']:g} rpm, {levels['clearance']:.0e} m, load {levels['scarcity']:g}"
+    families = {name: functools.partial(_film_grid, dry=name == "mixed film") for name in ("film", "mixed film")}
+    return _drawn_cases("films", (FILM_SEED, FILMS_PER_FAMILY), families, name_of)
 
 
 def _film_grid(levels: Levels, *, dry: bool) -> Section:
     """Return the grid of a slider-crank with films, and with dry contact behind them if `dry`."""
     joint = _film_joint(levels, _load(levels), dry=dry)
-    return {
-        "mechanism": _slider_crank(levels) | {"gravity": 9.81},
-        "drive": {"speed": levels["speed"] * math.pi / 30.0},
-        "joints": dict.fromkeys(FILM_OPENINGS[int(levels["opening"])], joint),
-        "simulate": {"revolutions": 2, "discard": 0},
-        "save": {"orbits": "none"},
-    }
+    joints = dict.fromkeys(FILM_OPENINGS[int(levels["opening"])], joint)
+    return _machine_grid(levels, _slider_crank(levels), joints, {}) | {"save": {"orbits": "none"}}
 
 
 def _film_joint(levels: Levels, load: float, *, dry: bool) -> Section:
