@@ -79,8 +79,7 @@ def write_summary(
 ) -> None:
     """Write the given rows of the summary; `on_group` receives every group and the number of rows before it."""
     schema = summary_schema(result_schema)
-    verdict_fields = [field_of(column) for column in result_schema.verdict.columns]
-    fields = [*schema, *verdict_fields, *label_fields(result_schema.labels)]
+    fields = [*schema, *map(field_of, result_schema.verdict.columns), *label_fields(result_schema.labels)]
     full_schema = pa.schema(fields, {"clearsweep": content_hash})
     # building dictionaries of columns with many distinct values takes most of the time
     repetitive = [field.name for field in full_schema if field.type == pa.string() and field.name != "case_id"]

@@ -185,16 +185,17 @@ def table_of_files(other: Path, repetitions: int, named: list[str]) -> str:
     lines = [
         f"{name_of(ROOT)} against {name_of(other)}, load {os.getloadavg()[0]:.1f} before; processor time (s) of",
         f"`clearsweep run FILE --jobs 1`, all processes, least of {repetitions} interleaved rounds after one that",
-        "compiles; each checkout runs its own file.",
+        "compiles; both run the file of the other.",
         "",
         "| file | this, s | other, s | this / other | |",
         "| --- | --- | --- | --- | --- |",
     ]
     with tempfile.TemporaryDirectory() as place:
         for path in sorted((ROOT / "configs").glob("*.yaml")):
-            if (named and path.stem not in named) or not (other / "configs" / path.name).exists():
+            file = other / "configs" / path.name
+            if (named and path.stem not in named) or not file.exists():
                 continue
-            seconds = [[commanded(tree, path.name, place) for tree in trees] for _ in range(repetitions + 1)]
+            seconds = [[commanded(tree, file, place) for tree in trees] for _ in range(repetitions + 1)]
             this, that = np.min(seconds[1:], axis=0)
             verdict = "" if this <= MOST * that else f"more than {MOST:g}"
             lines.append(f"| {path.stem} | {this:.2f} | {that:.2f} | {this / that:.2f} | {verdict} |")
@@ -202,16 +203,16 @@ def table_of_files(other: Path, repetitions: int, named: list[str]) -> str:
     return "\n".join(lines)
 
 
-def commanded(tree: Path, name: str, place: str) -> float:
-    """Return the processor time (s) of a run of a file of configs/ by a checkout, with its cache in `place`."""
+def commanded(tree: Path, file: Path, place: str) -> float:
+    """Return the processor time (s) of a run of a grid by a checkout, with its cache in `place`."""
     environment = os.environ | {"PYTHONPATH": str(tree), "CLEARSWEEP_CACHE_DIR": f"{place}/cache{tree.name}"}
     with tempfile.TemporaryDirectory(dir=place) as out:
-        command = [sys.executable, "-m", "clearsweep", "run", f"{tree}/configs/{name}", "--jobs", "1", "--out", out]
+        command = [sys.executable, "-m", "clearsweep", "run", str(file), "--jobs", "1", "--out", out]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         done = subprocess.run(command, env=environment, cwd=place, capture_output=True, text=True, check=False)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     if done.returncode not in (0, SOME_FAILED):
-        raise SystemExit(f"against: {name} of {tree}: {done.stderr}")
+        raise SystemExit(f"against: {file} by {tree}: {done.stderr}")
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 

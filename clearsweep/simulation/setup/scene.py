@@ -206,10 +206,11 @@ class SceneInputs(NamedTuple):
 def scene_inputs(scene: "Scene") -> SceneInputs:
     """Return the inputs that all runs of a scene share."""
     case, built, value, start = scene.case, scene.built, scene.value, scene.start
+    modes = [contact_modes(joint) for joint in value.joints]
 
     def by_contact(values: Iterable[Any]) -> list[Any]:
         """Return values of the joints for each of their contacts."""
-        return [each for each, joint in zip(values, value.joints, strict=True) for _ in contact_modes(joint)]
+        return [each for each, of_joint in zip(values, modes, strict=True) for _ in of_joint]
 
     sides = by_contact(joint.side for joint in value.joints)
     internal, latched = _internal_states(value)
