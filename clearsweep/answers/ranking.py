@@ -206,7 +206,8 @@ def column_scale(column_name: str, unit: str, column_values: np.ndarray) -> word
     magnitudes = np.abs(column_values[np.isfinite(column_values)])
     magnitudes = magnitudes[magnitudes > 0.0]
     quantile = 0.5 if column_name.endswith("film_thickness_min") else UNIT_QUANTILE
-    typical_magnitude = np.quantile(magnitudes, quantile) if magnitudes.size else 0.0
+    places = np.arange(len(magnitudes))  # np.quantile loads masked arrays, in 9 ms
+    typical_magnitude = np.interp(quantile * places[-1], places, np.sort(magnitudes)) if magnitudes.size else 0.0
     return wording.scale(unit, float(typical_magnitude))
 
 
