@@ -282,14 +282,11 @@ def answer_of(run: StoredRun) -> dict[str, Any]:
     # blocks have an order of their own
     order = np.argsort(column("case_id")) if isinstance(whole, BlockedRun) else slice(None)
 
-    def read(name: str) -> np.ndarray:
-        return column(name)[order]
-
     return compose(
         Source(
             run.grid,
             run.layout,
-            read,
+            lambda name: column(name)[order],
             base_laws(run.grid),
             is_complete,
             search_rows(run),
