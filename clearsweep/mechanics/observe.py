@@ -236,8 +236,9 @@ def add_ramps(histogram, j, bins, ramps):
     histogram[j, bins[0], 0] += ramps[0, 0]
     histogram[j, bins[0], 1] += ramps[2, 0]
     for i in range(1, PARTS):
-        histogram[j, bins[i], 0] += ramps[1, i - 1] + ramps[0, i]
-        histogram[j, bins[i], 1] += ramps[2, i] - ramps[2, i - 1]
+        index, time, density = bins[i], ramps[1, i - 1] + ramps[0, i], ramps[2, i] - ramps[2, i - 1]
+        histogram[j, index, 0] += time
+        histogram[j, index, 1] += density
     histogram[j, bins[PARTS], 0] += ramps[1, PARTS - 1]
     histogram[j, bins[PARTS], 1] -= ramps[2, PARTS - 1]
 
@@ -284,8 +285,9 @@ def add_fine_part(histogram, j, part, sums, bins):
     times (s) and densities (s/N), and the bin
     """
     for row in range(FINE_ROWS):
-        histogram[j, bins[row, part], 0] += sums[row, 0, part]
-        histogram[j, bins[row, part], 1] += sums[row, 1, part]
+        index, time, density = bins[row, part], sums[row, 0, part], sums[row, 1, part]
+        histogram[j, index, 0] += time
+        histogram[j, index, 1] += density
 
 
 @kernel
