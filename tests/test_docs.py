@@ -80,7 +80,7 @@ def page_of_commands():
 def test_commands_exist_and_take_these_options(block, monkeypatch):
     targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     contributing = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    shown = {f"--{name}" for name in re.findall(r'^\+ .*Flag\(\("--(\w+)"', contributing, re.MULTILINE)}
+    shown = {f"--{name}" for name in re.findall(r"^\+    (\w+): Annotated\[", contributing, re.MULTILINE)}
     for words in commands(re.sub(r"\$(\{\{.*?\}\}|\w+)", "1", block)):
         if words[:1] == ["make"]:
             assert words[1] in targets
