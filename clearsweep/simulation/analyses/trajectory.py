@@ -31,20 +31,11 @@ from ..running.observed_run import LaterWindow, Observer, Snapshot, restore
 from ..running.run import Run, integrate, integration_of, release, run_integration
 from ..setup.scene import Scene
 from ..setup.start import NO_TIMES, UNLIMITED, control_of, marks_of, peaks_of, start_of
+from . import repeated
 from .extrapolation import extrapolate_life
 from .life import BlockRecord, LifeRun, Log, RateObserver, block_record_of, failures, further_lives
 from .life import figures as uncertain_figures
 from .outcome import add_cost, trajectory_of
-from .repeated import (
-    Balance,
-    ConvergenceObserver,
-    WindowLength,
-    at_equilibrium,
-    build,
-    has_balance,
-    keep_end,
-    longest_run,
-)
 
 
 def simulate(
@@ -92,10 +83,10 @@ def _all_integrations(
 ) -> Trajectory:
     """Return the trajectory of a scene, with all integrations that its case requires."""
     balance = None
-    if has_balance(scene.case):
+    if repeated.has_balance(scene.case):
         end_of(scene)  # a crank that never gets there is refused before many runs
         with phases.phase("temperature of the joints", covers_nested=True):
-            scene, balance = at_equilibrium(scene)
+            scene, balance = repeated.at_equilibrium(scene)
     if balance and balance.seized:
         trajectory = _seized(scene, balance)
     elif scene.case.life:
@@ -113,7 +104,7 @@ def _all_integrations(
     return trajectory
 
 
-def _seized(scene: Scene, balance: Balance) -> Trajectory:
+def _seized(scene: Scene, balance: repeated.Balance) -> Trajectory:
     """Return the failed trajectory of a case with a joint that closes as it warms up."""
     trajectory = _simulate(scene, NO_TIMES)
     work_counts = {figure.name: trajectory.summary[figure.name] for figure in WORK_COUNTS}
@@ -130,7 +121,7 @@ def _seized(scene: Scene, balance: Balance) -> Trajectory:
     )
 
 
-def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Trajectory:
+def _with_balance(scene: Scene, trajectory: Trajectory, balance: repeated.Balance) -> Trajectory:
     """Return a trajectory with the accuracy of its joint temperatures."""
     figure_names = {joint.column: "film_temperature" if joint.film else "temperature" for joint in scene.case.joints}
     for joint, width in balance.width.items():
@@ -182,7 +173,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
         run.add_cost(full_run)
         release(full_run)
     trajectory = trajectory_of(scene, run, end)
-    keep_end(scene, run)
+    repeated.keep_end(scene, run)
     release(run)
     return trajectory if times is not None else with_own_figures(scene.case, trajectory)
 
@@ -207,11 +198,11 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
 
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
-    full_scene = scene.with_settings(revolutions=longest_run(scene.case))
+    full_scene = scene.with_settings(revolutions=repeated.longest_run(scene.case))
     end = end_of(full_scene)
     marks = marks_of(scene, full_scene.case.simulate.revolutions)
     run = Run(start_of(scene, np.zeros(1), marks), in_angles=True)  # with a sample, also sections can be computed
-    observer = ConvergenceObserver(scene, marks)
+    observer = repeated.ConvergenceObserver(scene, marks)
     integrate(full_scene, run, end, (observer, *observers))
     run.record = Record(NO_TIMES, NO_TIMES, run.record.independent)
     if run.status != integration.OK:
@@ -221,7 +212,9 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
     return trajectory
 
 
-def _converged_trajectory(scene: Scene, run: Run, observer: WindowLength, times: ArrayLike | None) -> Trajectory:
+def _converged_trajectory(
+    scene: Scene, run: Run, observer: repeated.WindowLength, times: ArrayLike | None
+) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
     value_after = scene.crank_clock.value_after
     final_scene = scene.with_settings(revolutions=observer.revolutions, discard=observer.discard)
@@ -279,13 +272,13 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
 
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
     """Return the trajectory of a failed block."""
-    full_scene = scene.with_settings(revolutions=longest_run(scene.case))
+    full_scene = scene.with_settings(revolutions=repeated.longest_run(scene.case))
     return trajectory_of(full_scene, run, scene.crank_clock.value_after(full_scene.case.simulate.revolutions))
 
 
 def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
     """Return a scene, the run of a block of revolutions, and its observer."""
-    revolutions = longest_run(scene.case)
+    revolutions = repeated.longest_run(scene.case)
     full_scene = scene.with_settings(revolutions=revolutions)
     marks = marks_of(full_scene, revolutions)
     run, observer = Run(start_of(full_scene, NO_TIMES, marks)), RateObserver(scene, marks)
@@ -333,14 +326,14 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
 
 def compile_for(case: Case) -> None:
     """Compile the code of a case's scene, or load it from the cache; stiff motion may need further code."""
-    scene = build(case._replace(before=()))
+    scene = repeated.build(case._replace(before=()))
     without_samples = not records_samples(case) and not scene.layout.until
     Run(start_of(scene, NO_TIMES if without_samples else np.array([0.0])))
 
 
 def compile_loop(case: Case) -> None:
     """Compile the code that is the same for all cases, the integration loop above all, or load it from the cache."""
-    scene = build(case._replace(before=()))
+    scene = repeated.build(case._replace(before=()))
     with empty_entries():
         run = Run(start_of(scene, NO_TIMES))
     loop.compile_for(run.pinned)
@@ -388,9 +381,9 @@ def peak_revolution(case: Case, joint: int, revolutions: float, window_from: flo
     window_from : revolutions before the window of the figures, if `simulate.until` determined them.
     """
     settings = case.simulate._replace(until=None, horizon=False, error_check=False)
-    scene = build(case._replace(simulate=settings, save=case.save._replace(orbits="none")))
-    if has_balance(case):
-        scene, _ = at_equilibrium(scene)
+    scene = repeated.build(case._replace(simulate=settings, save=case.save._replace(orbits="none")))
+    if repeated.has_balance(case):
+        scene, _ = repeated.at_equilibrium(scene)
     # the balance and its budgets are those of the case, and the run has kept its budgets, which are of another length
     scene = scene.with_settings(revolutions=revolutions, step_budget=UNLIMITED, event_budget=UNLIMITED)
     value_after, crank_is_free = scene.crank_clock.value_after, scene.crank_clock.free

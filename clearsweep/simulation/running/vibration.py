@@ -9,22 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.vibration import BEARING_PARTS, IDEAL, MAX_LINES, zone_of
+from ...mechanics import observe
 from ...mechanics.machines.described import axes_of
-from ...mechanics.observe import (
-    ANGLE,
-    AX,
-    END,
-    FORCE_SQUARE,
-    FORCE_X,
-    FORCE_Y,
-    MOMENT,
-    PLACE_WIDTH,
-    PLACES,
-    STAGES,
-    START,
-    TIME,
-    VX,
-)
 from ...mechanics.solver.signal_sums import (
     BIN_MOMENTS,
     BINS_PER_LINE,
@@ -68,13 +54,13 @@ def _layout_of(scene: Scene, width: int) -> _Layout:
     """Return the layout of the recording of a scene."""
     vibration = scene.case.vibration
     assert vibration is not None
-    first_places = [SIGNALS + PLACES + PLACE_WIDTH * i for i in range(len(vibration.places))]
-    forces = [SIGNALS + FORCE_X, SIGNALS + FORCE_Y]
-    summed = [DRIVE_TORQUE, DRIVE_POWER, *forces, SIGNALS + FORCE_SQUARE, SIGNALS + MOMENT, DISSIPATED]
-    summed += [first + AX + axis for first in first_places for axis in range(2)]
+    first_places = [SIGNALS + observe.PLACES + observe.PLACE_WIDTH * i for i in range(len(vibration.places))]
+    forces = [SIGNALS + observe.FORCE_X, SIGNALS + observe.FORCE_Y]
+    summed = [DRIVE_TORQUE, DRIVE_POWER, *forces, SIGNALS + observe.FORCE_SQUARE, SIGNALS + observe.MOMENT, DISSIPATED]
+    summed += [first + observe.AX + axis for first in first_places for axis in range(2)]
     spectral = forces if vibration.frame.mass is not None else []
     for first, place in zip(first_places, vibration.places, strict=True):
-        spectral = [*spectral, *[first + VX + axis for axis in range(axes_of(place, scene.mechanism))]]
+        spectral = [*spectral, *[first + observe.VX + axis for axis in range(axes_of(place, scene.mechanism))]]
     return _Layout(width, np.array(summed), np.array(spectral, dtype=np.int64))
 
 
@@ -85,7 +71,8 @@ class Signals:
         """Prepare for the cases of a layout; width : number of recorded columns."""
         self.layout = _layout_of(scene, width)
         self.choices = np.concatenate([self.layout.summed, self.layout.spectral])
-        self.sums, self.scratch = np.zeros((self.layout.width, POWERS, STAGES)), np.zeros((BIN_MOMENTS, STAGES))
+        self.sums = np.zeros((self.layout.width, POWERS, observe.STAGES))
+        self.scratch = np.zeros((BIN_MOMENTS, observe.STAGES))
         self.bounds = np.zeros((self.layout.width, 2))  # largest value of each signal, and of its negative
         self.means = np.zeros((self.layout.width, POWERS))  # of each signal and of its powers
         self.peaks = np.zeros((self.layout.width, 2, NODE_COUNT))  # the steps that contain them
@@ -119,7 +106,7 @@ class Signals:
             self.time_bins = np.zeros((len(self.layout.spectral), bin_count, BIN_MOMENTS))
         angle_count = self.angle_bins.shape[1]
         counts = self.layout.width, len(self.layout.summed), len(self.layout.spectral), bin_count, angle_count
-        angle = (SIGNALS + TIME, DURATION) if self.is_steady else (SIGNALS + ANGLE, FREE)
+        angle = (SIGNALS + observe.TIME, DURATION) if self.is_steady else (SIGNALS + observe.ANGLE, FREE)
         scales = 0.0, bin_count / self.period, *angle, self.angle_unit * angle_count / (2.0 * math.pi)
         self.sizes = Sizes(np.array([*counts, *scales]))
         self.reset()
@@ -152,14 +139,14 @@ class Signals:
         crank_clock = self.scene.crank_clock
         if self.orders and not self.is_steady:
             self._put_angles(rows)
-        column = SIGNALS + (ANGLE if crank_clock.free else TIME)
+        column = SIGNALS + (observe.ANGLE if crank_clock.free else observe.TIME)
         if math.isnan(self.begin_turns):
-            self.begin_turns = self._turns_at(rows[0, column, START])
-            self.sizes.start_time = rows[0, SIGNALS + TIME, START]
+            self.begin_turns = self._turns_at(rows[0, column, observe.START])
+            self.sizes.start_time = rows[0, SIGNALS + observe.TIME, observe.START]
         while len(rows):
             end = crank_clock.value_after(self.begin_turns + (self.stretches + 1) * self.turns)
             tolerance = SAME_TIME * (end - crank_clock.value_after(self.begin_turns)) / self.turns
-            index = int(np.searchsorted(rows[:, column, END], end - tolerance))
+            index = int(np.searchsorted(rows[:, column, observe.END], end - tolerance))
             if index == len(rows):
                 self._add(rows)
                 return
@@ -180,13 +167,13 @@ class Signals:
 
     def _put_angles(self, rows: np.ndarray) -> None:
         """Put the crank angle (rad) and its derivative by the fraction of the step into recorded rows."""
-        crank_clock, time = self.scene.crank_clock, rows[:, SIGNALS + TIME]
+        crank_clock, time = self.scene.crank_clock, rows[:, SIGNALS + observe.TIME]
         if not isinstance(crank_clock, ScheduledClock):
-            rows[:, FREE] = rows[:, SIGNALS + ANGLE] @ TO_SLOPES
+            rows[:, FREE] = rows[:, SIGNALS + observe.ANGLE] @ TO_SLOPES
             return
         row = np.clip(np.searchsorted(crank_clock.times, time, side="right") - 1, 0, len(crank_clock.times) - 1)
         elapsed, speed = time - crank_clock.times[row], np.interp(time, crank_clock.times, crank_clock.speeds)
-        rows[:, SIGNALS + ANGLE] = crank_clock.angles[row] + 0.5 * elapsed * (crank_clock.speeds[row] + speed)
+        rows[:, SIGNALS + observe.ANGLE] = crank_clock.angles[row] + 0.5 * elapsed * (crank_clock.speeds[row] + speed)
         rows[:, FREE] = speed * rows[:, DURATION]
 
     def _add(self, rows: np.ndarray) -> None:
@@ -197,8 +184,8 @@ class Signals:
         arrays = (rows, self.sizes.numbers, self.choices, self.sums, self.bounds, self.peaks, self.scratch)
         add_steps((*arrays, self.time_bins, self.angle_bins), len(rows))
         if not self.stretch_time:
-            self.stretch_begin = float(rows[0, SIGNALS + TIME, START])
-        duration = float(rows[-1, SIGNALS + TIME, END] - rows[0, SIGNALS + TIME, START])
+            self.stretch_begin = float(rows[0, SIGNALS + observe.TIME, observe.START])
+        duration = float(rows[-1, SIGNALS + observe.TIME, observe.END] - rows[0, SIGNALS + observe.TIME, observe.START])
         self.time, self.stretch_time = self.time + duration, self.stretch_time + duration
 
     def _finish_stretch(self) -> None:
@@ -290,9 +277,9 @@ def window_transform(lines: np.ndarray) -> np.ndarray:
 
 def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return a recorded step, (width, nodes), up to the `end` of a stretch and after it, each (steps, width, nodes)."""
-    if row[column, END] <= end + tolerance:
+    if row[column, observe.END] <= end + tolerance:
         return row[None], row[None][:0]
-    if row[column, START] >= end - tolerance:
+    if row[column, observe.START] >= end - tolerance:
         return row[None][:0], row[None]
     low, high = 0.0, 1.0
     for _ in range(60):
@@ -329,7 +316,7 @@ def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]
     for suffix, orders in (("", signals.order_amplitudes), (IDEAL, ideal.orders)):
         for axis, amplitudes in zip("xy", orders.tolist(), strict=True):
             values |= {f"frame_force_{axis}_order_{k}{suffix}": value for k, value in enumerate(amplitudes)}
-    forces = range(SIGNALS + FORCE_X, SIGNALS + FORCE_Y + 1)
+    forces = range(SIGNALS + observe.FORCE_X, SIGNALS + observe.FORCE_Y + 1)
     values |= _signature_of("frame", signals, forces)[1]
     spectrum = 0
     bearing_lines = {
@@ -341,7 +328,7 @@ def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]
         values |= _place_figures(signals, "frame", spectrum, forces, bearing_lines)
         spectrum += len(forces)
     for i, place in enumerate(vibration.places):
-        first = SIGNALS + PLACES + PLACE_WIDTH * i + AX
+        first = SIGNALS + observe.PLACES + observe.PLACE_WIDTH * i + observe.AX
         columns = range(first, first + axes_of(place, scene.mechanism))
         values |= _place_figures(signals, place.name.replace("-", "_"), spectrum, columns, bearing_lines)
         spectrum += len(columns)
@@ -354,11 +341,11 @@ def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]
 def _frame_figures(signals: Signals) -> Iterator[tuple[str, float]]:
     """Yield the figures of the frame and of the drive: column and value."""
     means, bounds = signals.means.tolist(), signals.bounds.tolist()
-    square, moment, torque = SIGNALS + FORCE_SQUARE, SIGNALS + MOMENT, DRIVE_TORQUE
+    square, moment, torque = SIGNALS + observe.FORCE_SQUARE, SIGNALS + observe.MOMENT, DRIVE_TORQUE
     yield "frame_force_peak", math.sqrt(bounds[square][0])
     yield "frame_force_rms", math.sqrt(means[square][0])
-    yield "frame_force_x_peak", max(bounds[SIGNALS + FORCE_X])
-    yield "frame_force_y_peak", max(bounds[SIGNALS + FORCE_Y])
+    yield "frame_force_x_peak", max(bounds[SIGNALS + observe.FORCE_X])
+    yield "frame_force_y_peak", max(bounds[SIGNALS + observe.FORCE_Y])
     yield "frame_moment_peak", max(bounds[moment])
     yield "frame_moment_rms", math.sqrt(means[moment][1])
     yield "crank_torque_rms", math.sqrt(means[torque][1])

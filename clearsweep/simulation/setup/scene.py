@@ -34,19 +34,7 @@ from ...tracing.compiled.family import flatten, numbers_of
 from ..figures.catalogue import FIGURES, check_channels
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 from ..machine.shaking import shaking_of
-from .places import (
-    BRANCHES,
-    Carried,
-    check_planar_start,
-    check_slot_lengths,
-    check_spatial_start,
-    contact_units,
-    latched_of,
-    press_flanks,
-    seated_offsets,
-    with_elements_at_start,
-    with_places,
-)
+from . import places
 
 # The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank.
 
@@ -221,7 +209,7 @@ def scene_inputs(scene: "Scene") -> SceneInputs:
         parameters=numbers_of(value),
         y=start.tolist(),
         weight=_weights(case, built, value, len(sides), [state.scale for _, state, _ in internal]),
-        latched=latches if scene.earlier_end is None else latched_of(scene.earlier_end, value.joints, built),
+        latched=latches if scene.earlier_end is None else places.latched_of(scene.earlier_end, value.joints, built),
         clearance=by_contact(joint.clearance for joint in value.joints),
         film=chain.from_iterable(by_contact(map(film_depths, value.joints))),
     )
@@ -296,7 +284,7 @@ class Scene:
     keep_events: bool = False  # whether its runs return their events
     verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
     build_time: float = 0.0  # s, processor time to build it
-    earlier_end: Carried | None = None  # the end of the case before it in its chain
+    earlier_end: places.Carried | None = None  # the end of the case before it in its chain
 
     @cached_property
     def inputs(self) -> SceneInputs:
@@ -383,7 +371,7 @@ def enter_laws(case: Case) -> None:
         registry.enter_laws(grid.run_all(case.law_files), case.outline.laws)
 
 
-def build(case: Case, worn: Mapping[str, Worn] | None = None, earlier_end: Carried | None = None) -> Scene:
+def build(case: Case, worn: Mapping[str, Worn] | None = None, earlier_end: places.Carried | None = None) -> Scene:
     """Return the scene of a resolved case.  Raises InputError if its initial state is impossible.
 
     `worn` maps names of joints to their earlier wear; the run adds to it.  `earlier_end` is that of the case before it
@@ -407,7 +395,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, earlier_end: Carri
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
         assert ideal is not None  # grids accept `start` only for mechanisms that have one
-        offsets, depth_roots = seated_offsets(ideal.reactions, joints)
+        offsets, depth_roots = places.seated_offsets(ideal.reactions, joints)
     built, seats = _build_mechanism(case, mechanism, machine, joints, offsets), offsets
     for _ in range(SEAT_ITERATIONS if depth_roots.any() and any(has_worn_shape(term) for term in terms) else 0):
         offsets = dict(seats)
@@ -419,23 +407,23 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, earlier_end: Carri
             contact += len(contact_modes(term))
         built = _build_mechanism(case, mechanism, machine, joints, offsets)
     if any(joint.rolling for joint in case.joints):
-        terms, depth_roots = with_elements_at_start(case, built, terms, depth_roots)
-    if case.simulate.start in BRANCHES:
-        built = with_places(case, built, terms, earlier_end)
+        terms, depth_roots = places.with_elements_at_start(case, built, terms, depth_roots)
+    if case.simulate.start in places.BRANCHES:
+        built = places.with_places(case, built, terms, earlier_end)
     if mechanism.spatial:
-        check_spatial_start(built, joints)
+        places.check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
-        check_planar_start(built, joints)
+        places.check_planar_start(built, joints)
     if any(joint.flanked for joint in case.joints):
-        press_flanks(built, joints, depth_roots)
+        places.press_flanks(built, joints, depth_roots)
     if machine is not None:
-        check_slot_lengths(case, machine)
+        places.check_slot_lengths(case, machine)
     sigma = math.sqrt(length_unit(terms, built))
     shaking = shaking_of(case, mechanism, built) if case.vibration else ()
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, shaking)
     internal: Sequence[float] = [initial_value for _, _, initial_value in every_state(value)]
     if earlier_end is not None:
-        depth_roots, internal = earlier_end.roots * np.sqrt(contact_units(terms)), earlier_end.internal.tolist()
+        depth_roots, internal = earlier_end.roots * np.sqrt(places.contact_units(terms)), earlier_end.internal.tolist()
     start = np.array([*built.start.tolist(), *depth_roots.tolist(), *internal])
     cycle = case.simulate.period
     length = 2.0 * math.pi / built.rate if cycle is None else cycle  # s
