@@ -28,10 +28,9 @@ test-quick:
 	@$(PAIRED) tested types CHOICE="not slow and not plain and not heavy"
 
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
-PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain asperities bearing_profile compatible direction dual \
-	elastic_laws event_search every_transition every_wear_law film film_balance friction_laws friction_memory \
-	karnopp law_limit laws one_block plain_scenes plastic_law reynolds_film roughness shares_of_contact spread_walls \
-	tally teeth wear wear_in_space worn))
+PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain bearing_profile compatible dual elastic_laws event_search \
+	every_transition every_wear_law film friction_laws friction_memory karnopp laws one_block plain_scenes \
+	plastic_law reynolds_film roughness shares_of_contact spread_walls tally teeth wear wear_in_space worn))
 test-plain: $(TOOLS)
 	$(BIN)/python -m coverage erase
 	CLEARSWEEP_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest $(SPREAD) -m "plain or not (slow or compiled)" $(PLAIN)

@@ -12,7 +12,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from fake_runs import load
+from fake_runs import forget_laws, load
 from hypothesis import HealthCheck, settings
 
 from clearsweep.language.errors import InputError
@@ -96,6 +96,16 @@ def problems_in(at):
         return caught.value.problems
 
     return problems
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """Return a working directory for law files, of a user who trusts none in a process that ran none."""
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    forget_laws(monkeypatch)
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    return tmp_path / "work"
 
 
 @pytest.fixture

@@ -16,12 +16,19 @@ from right_grids import text_of
 from clearsweep import grid, simulation
 from clearsweep.contracts import case
 from clearsweep.contracts.layout import Layout
+from clearsweep.grid.written import law_execution, law_files
 
 CONFIGS = Path(__file__).parent.parent / "configs"
 CATALOGUE = simulation.catalogue()
 TEXT = text_of("the demo grid")
 JOINT = "joints.rod-slider"
 CONTACT = f"{JOINT}.contact"
+
+
+def forget_laws(monkeypatch):
+    """Let this process be one that has allowed no law file and run none."""
+    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
+    monkeypatch.setattr(law_execution, "RECORDS", {})
 
 
 def load(source, overrides=None):

@@ -6,34 +6,15 @@ import subprocess
 import sys
 
 import numpy as np
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import grid, simulation
+from clearsweep.contracts.results import TIMINGS
 
-SLIDER_CRANK = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": 0.05, "mass": 0.30, "inertia": 1e-4},
-        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4, "center": 0.06},
-        "slider": {"mass": 0.14},
-    },
-    "drive": {"speed": "5000 rpm"},
-    "joints": {},
-    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-9},
-    "save": {"orbits": "none"},
-}
-JOINT = {
-    "clearance": 0.5e-3,
-    "bearing_radius": 0.01,
-    "length": 0.02,
-    "contact": {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": 0.9},
-}
-PAIR = {
-    "mechanism": {"type": "impact-pair", "masses": [0.2, 0.2], "speed": 1.0},
-    "joints": {"pair": {"clearance": 1e-3, "contact": {"law": "exact", "stiffness": 6.61e10, "restitution": 0.5}}},
-    "simulate": {"impacts": 2, "tolerance": 1e-12},
-    "save": {"orbits": "none"},
-}
+SLIDER_CRANK = grid_of("a slider-crank")
+JOINT = SLIDER_CRANK["joints"].pop("rod-slider")
+PAIR = grid_of("an impact pair")
 
 
 def slider_crank(*joints, changes=None):
@@ -64,6 +45,11 @@ def changed(case, changes=None, /, **named):
 def resolved(source):
     """Return the resolved case of a grid dict without sweep, in the shape of a grid file."""
     return grid.load(source, simulation.catalogue()).written_case(0)
+
+
+def untimed(result):
+    """Return the figures of a trajectory, but for the time that they took."""
+    return {name: value for name, value in result.summary.items() if name not in TIMINGS}
 
 
 def told_both_ways(program: str) -> list[list[float]]:

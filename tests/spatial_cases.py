@@ -2,26 +2,13 @@
 
 import copy
 
+from mechanism_cases import changed
+from right_grids import grid_of
+
 from clearsweep.mechanics.machines.spatial.form import MachineType
 
-ROD = {"length": 0.12, "mass": 0.21, "inertia": [2e-5, 2.5e-4, 2.5e-4], "center": [0.06, 0.0, 0.0]}
-CONTACT = {
-    "law": "lankarani-nikravesh",
-    "stiffness": 1e9,
-    "exponent": 1.5,
-    "restitution": 0.7,
-    "onset": "first",
-}
-JOINT = {
-    "type": "spatial",
-    "clearance": 2e-4,
-    "axial_clearance": 2e-4,
-    "bearing_radius": 0.01,
-    "length": 0.02,
-    "flange": True,
-    "walls": "ends",
-    "contact": CONTACT,
-}
+MACHINE = grid_of("a joint in space")
+ROD, JOINT = MACHINE["mechanism"]["rod"], MACHINE["joints"]["crank-rod"]
 RPM = 0.10471975511965977  # rad/s
 OTHER = {"crank-rod": "rod-slider", "rod-slider": "crank-rod"}
 
@@ -34,21 +21,8 @@ def spatial(*opened, ideal="spherical", **joint):
     """
     opened = opened or ("crank-rod",)
     keys = {key: value for key, value in (JOINT | joint).items() if value is not None}
-    return {
-        "mechanism": {
-            "type": "slider-crank",
-            "spatial": True,
-            "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
-            "rod": copy.deepcopy(ROD),
-            "slider": {"mass": 0.14},
-            "gravity": [0.0, 0.0, 0.0],
-        }
-        | ({"ideal": {OTHER[opened[0]]: ideal}} if len(opened) == 1 else {}),
-        "drive": {"speed": 1000 * RPM},
-        "joints": {name: copy.deepcopy(keys) for name in opened},
-        "simulate": {"revolutions": 0.5, "discard": 0, "tolerance": 1e-12},
-        "save": {"orbits": "none"},
-    }
+    closed = {OTHER[opened[0]]: ideal} if len(opened) == 1 else None
+    return changed(MACHINE, {"mechanism.ideal": closed, "joints": {name: copy.deepcopy(keys) for name in opened}})
 
 
 def planar(joint="crank-rod", **keys):

@@ -8,7 +8,6 @@ from test_own_laws import CRANK, FLORES, TANH, catalogue_of, figures_of, with_jo
 from test_worn import gap
 
 from clearsweep import grid, laws
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import dry, registry
 from clearsweep.mechanics.joints.worn import nearest, worn_load
 from clearsweep.mechanics.laws.contract import PRESSED
@@ -25,13 +24,10 @@ def waves():
         form = laws.profile("wave", **keys)
         return form(lambda angle, p: p.size * math.cos(p.lobes * (angle - p.phase)))
 
-    def saw():
-        return laws.profile("saw", size="m")(lambda angle, p: p.size * angle)
-
     def needle():
         return laws.profile("needle", size="m")(lambda angle, p: p.size * math.exp(-(((angle - 3.14) / 2e-3) ** 2)))
 
-    return catalogue_of(wave, saw, needle)
+    return catalogue_of(wave, needle)
 
 
 def with_profile(**profile):
@@ -62,37 +58,6 @@ def test_a_cosine_is_a_circle_whose_centre_is_displaced(angles):
     without = (expected.moment_proximal, expected.moment_distal)[:: 1 if side > 0.0 else -1]
     assert moments[0] == pytest.approx(without[0] - side * arm, rel=1e-6, abs=1e-12)
     assert moments[1] == pytest.approx(without[1], rel=1e-6, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("profile", "message"),
-    [
-        ({"law": "saw", "size": "1 um"}, "jumps by 6.283e-06 m from angle 2 pi to angle 0"),
-        ({"law": "wave", "size": "0.2 mm", "lobes": 1}, "the journal in the middle would not fit"),
-        ({"law": "wave", "size": "20 um", "lobes": 4}, "the journal would touch at two places"),
-        ({"law": "wave", "size": "25 um", "lobes": 3}, "the journal would touch at two places"),
-        ({"law": "wave", "size": "1 um", "lobes": 2, "phse": 1.0}, "did you mean 'phase'"),
-        ({"law": "wafe", "size": "1 um", "lobes": 2}, "did you mean 'wave'"),
-    ],
-)
-def test_a_shape_that_no_journal_could_touch_is_refused(profile, message):
-    with pytest.raises(InputError) as caught:
-        grid.load(with_profile(**profile), waves())
-    assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("sections", "message"),
-    [
-        ({"film": {"law": "short", "viscosity": "0.05 Pa*s"}}, "profile: is not available with a film"),
-        ({"wear": {"law": "archard", "coefficient": "1e-15 m^2/N", "evolve": True}}, "not available with a profile"),
-        ({"friction": {"law": "karnopp", "coefficient": 0.1}}, "karnopp cannot stick, because the profile of joints"),
-    ],
-)
-def test_what_is_not_known_with_a_shape_is_refused(sections, message):
-    with pytest.raises(InputError) as caught:
-        grid.load(with_joint(with_profile(**SHIFTED), **sections), waves())
-    assert message in str(caught.value)
 
 
 def test_details_finer_than_the_table_are_remarked():

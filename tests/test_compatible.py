@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from arc_contact import on_a_grid, persson_load, persson_peak
 from law_cases import RECIPES, force, joint
-from mechanism_cases import changed, slider_crank
+from mechanism_cases import slider_crank
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -154,16 +154,3 @@ def test_forces_that_fall_are_reported(tmp_path):
     case = loaded(with_points(tmp_path, "points.csv", [(1.0, 2.0), (2.0, 1.0)])).case(0)
     with pytest.raises(InputError, match=r"contact\.fit: its forces do not grow"):
         registry.compile_contact(case.joints[0])
-
-
-def test_a_fit_over_nothing_is_reported():
-    contact = {"law": "exact", "restitution": 0.6, "elastic": "compatible-fit", "fit_from": 1e-5, "fit_to": 1e-6}
-    contact["material"] = {"young": 207e9, "poisson": 0.3}
-    with pytest.raises(InputError, match=r"contact\.fit_from: found 1e-05 m; allowed: below 1e-06 m"):
-        loaded(slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact}))
-
-
-def test_points_belong_to_no_other_law(tmp_path):
-    source = changed(with_points(tmp_path, "p.csv", [(1.0, 2.0)]), {"joints.rod-slider.contact.elastic": "power"})
-    with pytest.raises(InputError, match=r"contact\.fit: is not used by law 'exact', elastic 'power'"):
-        loaded(source)

@@ -200,29 +200,3 @@ def test_sections_are_set_whole_and_nothing_takes_a_key_away(changed):
     joint = case.written_case(0)["joints"]["rod-slider"]
     assert joint["contact"]["law"] == "hertz"
     assert "friction" not in joint
-
-
-@pytest.mark.parametrize(
-    ("fixed", "swept", "message"),
-    [
-        (["drive.speed=3 mm"], [], "--set drive.speed: found '3 mm', whose unit mm has another dimension"),
-        (["drive.sped=3 rpm"], [], "--set drive.sped: unknown key 'sped'; did you mean 'speed'?"),
-        (["drive.speed.x=3"], [], "--set drive.speed.x: continues below '5000 rpm'"),
-        ([], ["drive.speed=200rpm,500"], "--sweep drive.speed: found 500 without a unit next to"),
-        ([], ["drive.speed=1 rpm,1 rpm"], "--sweep drive.speed: duplicate value '1 rpm'"),
-        ([], ["drive.sped=1,2"], "--sweep drive.sped: is no key of this grid; did you mean 'drive.speed'?"),
-        (["drive.speed=1 rpm"], ["drive.speed=2 rpm"], "--set: drive.speed: is given with --sweep, too"),
-        (["drive.speed"], [], "--set drive.speed: expected PATH=VALUE, such as --set drive.speed=3000rpm"),
-        ([], ["drive.speed="], "--sweep drive.speed=: expected PATH=VALUE"),
-        (["drive.speed=1", "drive.speed=2"], [], "--set drive.speed: is given twice"),
-        (
-            [f"{JOINT}.contact={{law: hertz"],
-            [],
-            f"--set {JOINT}.contact: found '{{law: hertz', which is not valid YAML",
-        ),
-    ],
-)
-def test_a_mistake_names_the_option_and_the_path(changed, fixed, swept, message):
-    with pytest.raises(InputError) as caught:
-        changed(TEXT, fixed, swept)
-    assert any(problem.startswith(message) for problem in caught.value.problems), caught.value.problems

@@ -18,6 +18,7 @@ from clearsweep.mechanics.solver import integration, radau
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import start_of
 from clearsweep.tracing.compiled import calculus
+from clearsweep.tracing.compiled.choosing import MAX_EXACT_ANGLE, direction
 from clearsweep.tracing.compiled.dual import FUNCTIONS, Dual, Seeded, as_dual, slope, value
 from clearsweep.tracing.compiled.family import kernel
 from clearsweep.tracing.objects import machine_code
@@ -163,8 +164,8 @@ def mixed(y, direction):
 @pytest.mark.compiled
 def test_compiled_and_uncompiled_arithmetic_is_the_same():
     for y in (np.array([0.7, -0.3, 1.9]), np.array([0.2, 0.3, 1.9]), np.array([0.3, -0.4, 0.6])):
-        for direction in range(3):
-            assert mixed(y, direction) == pytest.approx(mixed.__wrapped__(y, direction), rel=1e-15)
+        for along in range(3):
+            assert mixed(y, along) == pytest.approx(mixed.__wrapped__(y, along), rel=1e-15)
 
 
 @kernel
@@ -193,3 +194,25 @@ def test_a_function_of_mathematics_has_its_derivative(name):
     expected = differences(getattr(math, name), 0.4, 0.4)
     assert FUNCTIONS[name](Dual(0.4, 2.0)).slope == pytest.approx(2.0 * expected, rel=1e-9)
     assert FUNCTIONS[name](Dual(0.4, 2.0)).value == getattr(math, name)(0.4)
+
+
+# ---------------------------------------------------------------------------------------------- directions
+
+
+compiled = machine_code(direction)
+
+
+@pytest.mark.parametrize("function", [direction, compiled])
+@pytest.mark.parametrize("largest", [1e-9, 0.1, 7.0, 1e3, MAX_EXACT_ANGLE])
+def test_a_direction_is_exact_to_rounding(function, largest):
+    angles = np.concatenate([np.linspace(-largest, largest, 2001), np.arange(-40, 41) * math.pi / 8 % largest])
+    result = np.array([function(float(angle)) for angle in angles])
+    np.testing.assert_allclose(result, np.column_stack([np.cos(angles), np.sin(angles)]), rtol=0, atol=2e-16)
+
+
+@pytest.mark.parametrize("function", [direction, compiled])
+def test_beyond_it_is_exact_to_the_rounding_of_the_angle(function):
+    for angle in (1e7, -3e9, 1e12):
+        rounding = np.spacing(abs(angle))
+        assert function(angle) == pytest.approx((math.cos(angle), math.sin(angle)), rel=0.0, abs=2e-16 + rounding)
+    assert all(math.isnan(part) for part in function(math.nan))

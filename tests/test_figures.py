@@ -1,22 +1,26 @@
 """Figures of merit, mechanisms and layouts are described once; all that shows them follows from the description."""
 
+import copy
 import json
 import math
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 from mechanism_cases import slider_crank
+from right_grids import grid_of
 
 import clearsweep
 from clearsweep import grid, report, simulation
 from clearsweep.contracts.catalogue import Entry, Figure
 from clearsweep.contracts.layout import Layout
-from clearsweep.contracts.results import TIMINGS
+from clearsweep.grid import load
 from clearsweep.grid.pages.schema import whole_schema
 from clearsweep.language.errors import DirectoryError
 from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import Mean
+from clearsweep.simulation.running.vibration import WINDOW, window_transform
 from clearsweep.simulation.setup import scene
 
 ROOT = Path(__file__).parent.parent
@@ -39,21 +43,6 @@ def further(monkeypatch):
     figures = (*catalogue.JOINT, FURTHER, *catalogue.FIGURES[len(catalogue.JOINT) :])
     for module in (catalogue, scene):
         monkeypatch.setattr(module, "FIGURES", figures)
-
-
-def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():
-    contents = grid.load(
-        slider_crank("rod-slider", changes={"simulate.revolutions": 0.5, "simulate.discard": 0}), simulation.catalogue()
-    ).case(0)
-    other = contents._replace(joints=(contents.joints[0]._replace(clearance=2e-4),))
-
-    def figures_of(case):
-        result = simulation.solve(case)
-        return {name: value for name, value in result.summary.items() if name not in TIMINGS}, result.events.tobytes()
-
-    first = figures_of(contents)
-    assert figures_of(other) != first
-    assert figures_of(contents) == first
 
 
 def dead_weight_on_a_block(weight, **changes):
@@ -199,3 +188,79 @@ def test_a_directory_of_another_form_is_refused_in_a_sentence(tmp_path, form):
     (tmp_path / "run.json").write_text(json.dumps(record), encoding="utf-8")
     with pytest.raises(DirectoryError, match=f"has format {form} of .*reads format {grid.SCHEMA_VERSION}"):
         clearsweep.open(tmp_path)
+
+
+# ---------------------------------------------------------------------------------------------- passing lines
+
+
+PARTS = "cage", "element", "inner", "outer"
+GRID = grid_of("a ball bearing whose lines pass")
+RATE = 2.0 * math.pi * 25.0
+
+
+def blackman_harris(count):
+    """Return the window at `count` times from the first to before the last, of mean 1."""
+    angle = 2.0 * math.pi * np.arange(count) / count
+    return sum((-1) ** k * term * np.cos(k * angle) for k, term in enumerate(WINDOW)) / WINDOW[0]
+
+
+@pytest.mark.parametrize("line", [6.0, 6.37, 40.5, 101.93])
+def test_a_sine_between_lines_has_its_amplitude(line):
+    """Its whole spectrum also has a sine 1000 times as large, six lines away."""
+    times = np.arange(4096) / 4096
+    signal = 0.7 * np.cos(2.0 * math.pi * line * times + 0.4) + 700.0 * np.sin(2.0 * math.pi * (line + 6.0) * times)
+    spectrum = 2.0 * np.fft.rfft(signal)[:400] / len(times)
+    result = abs(spectrum @ window_transform(line - np.arange(400)))
+    assert result == pytest.approx(0.7, abs=700.0 * 10 ** (-92 / 20) + 1e-3)
+    alone = 2.0 * np.fft.rfft(0.7 * np.cos(2.0 * math.pi * line * times + 0.4))[:400] / len(times)
+    assert abs(alone @ window_transform(line - np.arange(400))) == pytest.approx(0.7, rel=2e-4)
+
+
+@pytest.mark.slow  # compiles a rolling bearing with vibration
+def test_passing_lines_are_those_of_sampled_histories():
+    """Of the histories less their mean turn, as spectra leave out the orders of the crank."""
+    scene = clearsweep.load_case(GRID)
+    count = 12 * 4096
+    times = 2.0 * math.pi / RATE * (3.0 + 12.0 * np.arange(count + 1) / count)
+    motion = clearsweep.simulate(scene, times=times)
+    channels, figures = motion.channels, motion.summary
+    masses = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
+    momenta = [sum(m * channels[f"{body}/v{axis}"] for body, m in masses.items()) for axis in "xy"]
+    forces = [-np.gradient(momentum, times) for momentum in momenta]
+    velocities = {
+        "slider": [channels["slider/vx"]],
+        "middle": [channels["rod/vx"], channels["rod/vy"]],
+        "frame": forces,
+    }
+    window, known = blackman_harris(count), 0
+    for part in PARTS:
+        frequency = figures[f"crank_rod_{part}_frequency"]
+        wave = window * np.exp(-2j * math.pi * frequency * times[:-1])
+        order = frequency / 25.0
+        for place, signals in velocities.items():
+            turns = [signal[:-1].reshape(12, -1) for signal in signals]
+            sums = [abs(2.0 * np.mean((turn - turn.mean(axis=0)).ravel() * wave)) for turn in turns]
+            value = max(sums) / (40.0 * 2.0 * math.pi * frequency if place == "frame" else 1.0)
+            result = figures[f"{place}_crank_rod_{part}_velocity"]
+            if abs(order - round(order)) * 12.0 < len(WINDOW):
+                assert result is None
+                continue
+            known += 1
+            assert result == pytest.approx(value, rel=5e-3 if place == "frame" else 1e-4), (place, part)
+    assert known >= 6
+
+
+def test_columns_are_those_of_places_that_move_and_bearings():
+    columns = load(GRID, simulation.catalogue()).layout.units
+    expected = {f"{at}_crank_rod_{part}_velocity" for at in ("frame", "slider", "middle") for part in PARTS}
+    assert expected == {name for name in columns if name.endswith("_velocity") and "crank_rod" in name}
+    still = copy.deepcopy(GRID)
+    still["vibration"]["at"] = {"frame": {}}
+    assert not any(name.endswith("_velocity") for name in load(still, simulation.catalogue()).layout.units)
+    plain = copy.deepcopy(GRID)
+    plain["joints"]["crank-rod"] = {
+        "clearance": 1e-4,
+        "bearing_radius": 0.01,
+        "contact": {"law": "hertz", "stiffness": 6.61e10},
+    }
+    assert not any(name.endswith("_velocity") for name in load(plain, simulation.catalogue()).layout.units)

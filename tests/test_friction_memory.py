@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from law_cases import RECIPES, compiled_friction, in_millimetres, joint, names, resolved, written
-from mechanism_cases import slider_crank, told_both_ways
+from mechanism_cases import slider_crank
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -334,15 +334,3 @@ def test_a_step_over_a_kink_is_repeated_until_it_ends_there(tolerance):
     trajectory = clearsweep.simulate(made)
     assert trajectory.status == "ok"
     assert trajectory.summary["energy_residual"] < 0.05 * tolerance
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_a_scene_whose_laws_remember_runs_uncompiled():
-    program = (
-        "from test_friction_memory import LUGRE, crank\n"
-        "t = clearsweep.simulate(crank(LUGRE, simulate__revolutions=0.03, simulate__tolerance=1e-6))\n"
-        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'crank_torque_peak')))"
-    )
-    compiled, plain = told_both_ways(program)
-    assert compiled == pytest.approx(plain, rel=1e-9)

@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_cases import slider_crank
+from mechanism_cases import changed, slider_crank
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 from test_given_friction import FOUR_BAR, JOINT, STICKS, grid
 from test_heat import DRY
@@ -26,7 +27,6 @@ from clearsweep.mechanics.machines.planar import load_forms as planar_loads
 from clearsweep.simulation.running.run import integration_of
 from clearsweep.verify.measured.machines import LAW
 
-FAR = 1e4  # m, length of a spring: its direction is nearly constant
 LENGTH = 1.001  # m, from the crank's pivot to the slider at the start
 DAHL = {"law": "dahl", "coefficient": 0.2, "bristle_stiffness": 1e3}
 
@@ -36,32 +36,10 @@ def block(friction, force, *, end=25.0, stiffness=0.0, **simulate):
 
     It is the slider of a machine whose pin has so much clearance that it never touches.
     """
-    return {
-        "mechanism": {
-            "type": "slider-crank",
-            "crank": {"length": 1e-3, "mass": 1.0, "inertia": 1e-3},
-            "rod": {"length": 1.0, "mass": 1.0, "inertia": 1.0},
-            "slider": {"mass": 1.0},
-            "gravity": 0.0,
-        },
-        "drive": {"speed": 2.0 * math.pi / end},
-        "loads": {
-            "weight": {"on": "slider", "force": [0.0, -1.0]},
-            "pull": {"on": "slider", "table": {"time [s]": [0.0, end], "fx [N]": force}},
-            "spring": {
-                "between": ["ground", "slider"],
-                "anchor": [LENGTH - FAR, 0.0],
-                "stiffness": stiffness,
-                "free_length": FAR,
-            },
-            "rub": {"on": "slider-ground", "friction": friction},
-        },
-        "joints": {
-            "rod-slider": {"clearance": 3.0, "bearing_radius": 4.0, "contact": {"law": "hertz", "stiffness": 1e9}}
-        },
-        "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-12} | simulate,
-        "save": {"orbits": "all"},
-    }
+    given = {"drive.speed": 2.0 * math.pi / end, "loads.rub.friction": friction, "loads.spring.stiffness": stiffness}
+    made = changed(grid_of("a block on an ideal guide"), given)
+    made["loads"]["pull"]["table"] = {"time [s]": [0.0, end], "fx [N]": force}
+    return changed(made, {f"simulate.{key}": value for key, value in simulate.items()})
 
 
 def moved(grid, times):
@@ -76,32 +54,8 @@ def moved(grid, times):
 
 def driven_shaft(coefficient, load):
     """Return the grid of a shaft that turns on an ideal pin of 20 mm radius under a load (N)."""
-    still = [0.0, 0.0]
-    return {
-        "mechanism": {
-            "type": "planar",
-            "gravity": 0.0,
-            "bodies": {
-                "ground": {"points": {"main": still, "far": still}},
-                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": still}},
-                "free": {"mass": 1.0, "inertia": 1.0, "points": {"middle": still}, "initial": {}},
-            },
-            "joints": {
-                "main": {"type": "revolute", "between": ["ground.main", "shaft.pin"]},
-                "rest": {"type": "revolute", "between": ["ground.far", "free.middle"]},
-            },
-            "driven": "main",
-            "output": {"body": "shaft"},
-        },
-        "drive": {"speed": 10.0},
-        "loads": {
-            "weight": {"on": "shaft", "force": [0.0, -load]},
-            "rub": {"on": "main", "friction": SLIDING | {"coefficient": coefficient, "radius": 0.02}},
-        },
-        "joints": {"rest": {"clearance": 1e-3, "bearing_radius": 2e-3, "contact": {"law": "hertz", "stiffness": 1e9}}},
-        "simulate": {"revolutions": 0.1, "discard": 0},
-        "save": {"orbits": "all"},
-    }
+    given = {"loads.weight.force": [0.0, -load], "loads.rub.friction.coefficient": coefficient}
+    return changed(grid_of("a shaft on an ideal pin"), given)
 
 
 def loaded_bush(coefficient, load, clearance):
@@ -115,15 +69,12 @@ def loaded_bush(coefficient, load, clearance):
     joints["along"] = {"type": "prismatic", "between": ["carriage.pin", "bush.bore"], "axis": "90 deg"}
     joints["dry"] = {"type": "revolute", "between": ["shaft.pin", "bush.bore"], "journal": "shaft"}
     contact = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e4}
-    friction = SLIDING | {"coefficient": coefficient}
+    friction = {"law": "tanh", "velocity_scale": 1e-6, "coefficient": coefficient}
     grid["joints"] = {"dry": {"clearance": clearance, "bearing_radius": 0.02, "contact": contact, "friction": friction}}
     damper = {"between": ["ground", "bush"], "anchor": [-100.0, 0.0], "point": "bore", "stiffness": 0.0}
     grid["loads"] = {"weight": {"on": "bush", "force": [0.0, -load]}, "damper": damper | {"damping": 2e3}}
     grid["simulate"] = {"revolutions": 3, "discard": 2}
     return grid
-
-
-SLIDING = {"law": "tanh", "velocity_scale": 1e-6}
 
 
 @pytest.mark.parametrize("coefficient", [0.1, 0.5])

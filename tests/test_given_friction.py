@@ -108,34 +108,11 @@ def test_preload_rubs_in_a_joint_with_clearance_whether_it_touches_or_not():
 
 def seal(preload, speed):
     """Return the scene of a block of 0.2 kg in a guide with clearance whose walls turn with the crank."""
-    still = [0.0, 0.0]
-    bodies = {
-        "ground": {"points": {"main": still}},
-        "crank": {"mass": 0.3, "inertia": 1e-4, "points": {"pivot": still, "rail": [0.02, 0.01]}},
-        "block": {
-            "mass": 0.2,
-            "inertia": 4e-5,
-            "points": {"middle": still},
-            "initial": {"x": 0.02, "y": 0.0103, "vx": 0.5},
-        },
-    }
-    bodies["block"]["initial"] = {"x": 0.02, "y": 0.0103, "vx": 0.5}
+    given = {"joints.guide.friction.preload": preload}
     if speed:
-        bodies["block"]["initial"] |= {"vx": 0.5 - 0.0103 * speed, "vy": 0.02 * speed, "rate": speed}
-    joints = {
-        "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
-        "guide": {"type": "prismatic", "between": ["crank.rail", "block.middle"]},
-    }
-    guide = {"clearance": 1e-3, "length": 0.06, "height": 0.03, "contact": {"law": "hertz", "stiffness": 1e9}}
-    friction = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-4, "preload": preload}
-    mechanism = {"type": "planar", "bodies": bodies, "joints": joints, "driven": "main", "output": {"body": "crank"}}
-    return {
-        "mechanism": mechanism,
-        "drive": {"speed": speed or 1e-3},
-        "joints": {"guide": guide | {"friction": friction}},
-        "simulate": {"revolutions": 1.0 if speed else 5e-5, "discard": 0, "tolerance": 1e-10},
-        "save": {"orbits": "all"},
-    }
+        start = {"x": 0.02, "y": 0.0103, "vx": 0.5 - 0.0103 * speed, "vy": 0.02 * speed, "rate": speed}
+        given |= {"mechanism.bodies.block.initial": start, "drive.speed": speed, "simulate.revolutions": 1.0}
+    return changed(grid_of("a block in a turning guide"), given)
 
 
 @pytest.mark.slow

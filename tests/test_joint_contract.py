@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
+from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
 from clearsweep.mechanics.joints import contract
@@ -160,18 +160,6 @@ def test_a_guard_of_a_law_is_located_where_its_function_is_zero():
     assert run.totals.mechanism.energy_friction == pytest.approx(2e-2, rel=1e-9)
     assert run.work.end[-2] == pytest.approx(2e-2, rel=1e-9)
     assert run.totals.mechanism.residual < 1e-7 * run.totals.mechanism.kinetic_max
-
-
-@pytest.mark.slow
-def test_a_guard_of_a_law_runs_uncompiled():
-    program = (
-        "from test_joint_contract import Fuse, TURN, rubbing, run_to\n"
-        "r = run_to(rubbing(Fuse(0.1, 1e-2, 1e-4), **{'simulate.tolerance': 1e-6}), 0.03 * TURN)\n"
-        "print('ok', *map(float, r.work.end), *r.work.counts.numbers)"
-    )
-    compiled, plain = told_both_ways(program)
-    assert compiled == pytest.approx(plain, rel=1e-8, abs=1e-12)
-    assert plain[7] == 1.0
 
 
 # ---------------------------------------------------------------------------------------------- kinds of joints

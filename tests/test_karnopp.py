@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_cases import slider_crank, told_both_ways
+from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.mechanics.coupling.inertia import every_grip, slip_rates, with_sticking_forces
@@ -253,16 +253,3 @@ def test_only_joints_with_the_law_stick():
     assert set(guards.contact[guards.next_mode == STUCK]) == {1}
     assert np.all(guards.next_mode[guards.contact == 0] != STUCK)
     assert trajectory_of(made, run, 1.0).summary["energy_residual"] < 1e-9
-
-
-@pytest.mark.slow
-def test_a_scene_that_sticks_runs_uncompiled():
-    program = (
-        "from test_karnopp import crank\n"
-        "made = crank('crank-rod', 'rod-slider', simulate__revolutions=0.02, simulate__tolerance=1e-8)\n"
-        "t = clearsweep.simulate(made)\n"
-        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'crank_torque_peak')))"
-    )
-    compiled, plain = told_both_ways(program)
-    assert compiled[1] == pytest.approx(plain[1], rel=0.05)  # rounding decides at which sweep an iteration ends
-    assert compiled[::2] == pytest.approx(plain[::2], rel=1e-7)

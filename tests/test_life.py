@@ -8,12 +8,11 @@ import h5py
 import numpy as np
 import pytest
 from fake_physics import sweep
-from mechanism_cases import slider_crank
+from mechanism_cases import slider_crank, untimed
 from ruamel.yaml import YAML
 
 import clearsweep
 from clearsweep import grid, simulation, store
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.solver import integration
 from clearsweep.mechanics.wear import Worn
 from clearsweep.simulation.analyses import life
@@ -101,10 +100,6 @@ def test_hours_of_a_life_are_limited_in_hours_and_are_numbers_in_figures():
     assert [limit.value for limit in verdict.limits] == [5.0, 1e6]
     assert verdict.figures[0].unit == "1"
     assert loaded({"limits": {"rod_slider_life_hours": {"at_least": 5.0}}}).verdict.limits == verdict.limits[:1]
-    with pytest.raises(InputError, match="cannot be added or compared"):
-        loaded({"figures": {"left": "rod_slider_life_hours - '5 h'"}})
-    with pytest.raises(InputError, match="has another dimension; expected a quantity in h"):
-        loaded({"limits": {"rod_slider_life_hours": "1 m"}})
 
 
 # ---------------------------------------------------------------------------------------------- store
@@ -290,10 +285,7 @@ def test_a_life_that_was_killed_gives_the_same_end_to_the_last_bit(monkeypatch, 
     assert resumed.kept == whole.summary["rod_slider_life_blocks"] - 1 - kept  # the last one need not be kept
     assert again.history.keys() == whole.history.keys()
     assert all(again.history[name].tobytes() == whole.history[name].tobytes() for name in whole.history)
-    timings = {"run_time", "setup_time"}
-    assert {k: v for k, v in again.summary.items() if k not in timings} == {
-        k: v for k, v in whole.summary.items() if k not in timings
-    }
+    assert untimed(again) == untimed(whole)
     assert all(np.array_equal(again[name], whole[name]) for name in whole.channels)
 
 
@@ -303,10 +295,7 @@ def test_a_life_of_one_block_that_was_killed_is_one_of_one_block():
     with pytest.raises(KilledError):
         lived(log=log)
     again, whole = lived(log=log), lived()
-    timings = {"run_time", "setup_time"}
-    assert {k: v for k, v in again.summary.items() if k not in timings} == {
-        k: v for k, v in whole.summary.items() if k not in timings
-    }
+    assert untimed(again) == untimed(whole)
     assert all(again.history[name].tobytes() == whole.history[name].tobytes() for name in whole.history)
 
 
@@ -351,38 +340,6 @@ def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
     resumed = Memory()
     resumed.content = encoded(spent)
     assert lived({"simulate.time_budget": 900.0}, log=resumed).status == "time-budget"
-
-
-@pytest.mark.slow
-def test_a_joint_that_runs_in_lives_as_long_as_the_law_says():
-    """The motion does not change, so that of what wears off per revolution only the coefficient does."""
-    steady, initial, distance = 2e-15, 2e-14, 100.0
-    running = {
-        "joints.rod-slider.wear.running_in": {"initial": initial, "distance": distance},
-        "joints.rod-slider.wear.coefficient": steady,
-        "joints.rod-slider.clearance": 1e-5,
-        "joints.rod-slider.contact.restitution": 0.1,
-    }
-    at_once = lived({key: value for key, value in running.items() if "running" not in key}, limit="3 um")
-    result = lived(running, limit="3 um", tolerance=0.05)
-    assert result.status == "ok"
-    pace = at_once.history["rod_slider/wear_depth_max"][-1] / at_once.history["revolutions"][-1]  # m per revolution
-    turns = result.summary["rod_slider_life_revolutions"]
-    assert turns < at_once.summary["rod_slider_life_revolutions"]
-    rates = result.history["rod_slider/wear_rate"] * 60.0 / 5000.0 / pace  # over the steady one
-    assert rates[0] == pytest.approx(initial / steady, rel=0.02)
-    # rates fall to the steady one with the way slid, which is as long in each revolution
-    fresh = (rates - 1.0) / (initial / steady - 1.0)
-    per_turn = -np.log(fresh[1:]) / result.history["revolutions"][1:]
-    assert np.ptp(per_turn) < 0.05 * per_turn.mean()
-    exact = 3e-6 / pace
-    ways = per_turn.mean()
-    guess = turns
-    for _ in range(50):
-        worn = pace * (guess + (initial / steady - 1.0) * (1.0 - math.exp(-ways * guess)) / ways)
-        guess *= 3e-6 / worn
-    assert exact > guess
-    assert turns == pytest.approx(guess, rel=0.02)
 
 
 # ---------------------------------------------------------------------------------------------- shapes that act

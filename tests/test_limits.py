@@ -30,29 +30,6 @@ def evaluated(limits, **columns):
     return LimitsAndFigures((), limits_of(limits)).evaluate(given)
 
 
-def verdict_of(limits, **columns):
-    """Return which limits some cases exceed, and their margins."""
-    result = evaluated(limits, **columns)
-    return result["limits_exceeded"].tolist(), result["margin"].tolist()
-
-
-def test_margins_are_those_of_the_definition():
-    exceeded, margins = verdict_of({"force": 8.0, "length": {"at_least": 5.0}}, force=[4, 8, 12], length=[10, 5, 4])
-    assert exceeded == ["", "", "force,length"]
-    assert margins == pytest.approx([min(1 - 4 / 8, 10 / 5 - 1), 0.0, min(1 - 12 / 8, 4 / 5 - 1)])
-
-
-def test_a_limit_may_be_a_multiple_of_another_column():
-    exceeded, margins = verdict_of({"force": {"at_most": 2.0, "times": "ideal"}}, force=[3, 5], ideal=[2, 2])
-    assert (exceeded, margins) == (["", "force"], [1 - 3 / 4, 1 - 5 / 4])
-
-
-def test_both_ends_of_a_range_count():
-    exceeded, margins = verdict_of({"length": {"at_least": 1.0, "at_most": 3.0}}, length=[0.5, 2, 4])
-    assert exceeded == ["length", "", "length"]
-    assert margins == pytest.approx([-0.5, 1 / 3, -1 / 3])
-
-
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_figure_that_is_null_leaves_its_limit_undecided(value):
     limits = {"force": {"at_most": 8.0, "at_least": -8.0}, "length": 1.0}
@@ -86,20 +63,8 @@ def test_a_null_counts_by_what_it_means(null, most, least):
 
 
 def test_no_margin_is_beyond_a_float():
-    exceeded, margins = verdict_of({"force": 1e-310}, force=[1.0])
-    assert (exceeded, np.isfinite(margins).tolist()) == (["force"], [True])
-
-
-def test_a_limit_of_zero_is_judged_without_margin():
-    exceeded, margins = verdict_of({"force": 0.0}, force=[-1, 0, 1])
-    assert exceeded == ["", "", "force"]
-    assert np.isnan(margins).all()
-
-
-def test_no_margin_hides_a_limit_of_zero_that_is_exceeded():
-    exceeded, margins = verdict_of({"impacts": 0.0, "force": 8.0}, impacts=[0, 2, 2], force=[4, 4, 16])
-    assert exceeded == ["", "impacts", "impacts,force"]
-    assert margins == pytest.approx([0.5, math.nan, -1.0], nan_ok=True)
+    result = evaluated({"force": 1e-310}, force=[1.0])
+    assert (result["limits_exceeded"].tolist(), np.isfinite(result["margin"]).tolist()) == (["force"], [True])
 
 
 @pytest.mark.parametrize(
@@ -158,16 +123,6 @@ def test_expressions_have_the_units_and_values_of_their_columns(text, unit, valu
 def test_all_else_is_refused_and_nothing_is_run(text):
     with pytest.raises(InputError):
         expression.unit_of(text, UNITS)
-
-
-def test_a_name_that_is_nearly_right_is_reported_in_a_line():
-    for limit in ({"rod_slider_force_peek": 1.0}, {PEAK: {"at_mots": 1.0}}):
-        with pytest.raises(InputError) as caught:
-            grid.load(fake_physics.grid(limits=limit), fake_physics.CATALOGUE)
-        (problem,) = caught.value.problems
-        assert len(problem) < 130
-    with pytest.raises(InputError, match=r"is not a column of this grid .known: rod_slider_force_peak, "):
-        grid.load(fake_physics.grid(limits={"zzz": 1.0}), fake_physics.CATALOGUE)
 
 
 def test_they_are_no_part_of_a_case_and_of_what_a_directory_fixes(tmp_path):

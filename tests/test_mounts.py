@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanism_cases import JOINT, changed, slider_crank
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -284,49 +285,10 @@ STIFFNESS, MASS, CLEARANCE, CONTACT = 2e5, 0.5, 50e-6, 1e10  # N/m, kg, m, N/m^1
 
 def housing(shift, *, damping=0.0, force=0.0):
     """Return the grid of a journal at rest in a housing whose springs pull it to `shift` (m) along y."""
-    still = [0.0, 0.0]
-    springs = {
-        name: {
-            "between": ["ground", "housing"],
-            "anchor": [x, y + shift],
-            "point": "middle",
-            "stiffness": STIFFNESS,
-            "free_length": 1.0,
-            "damping": damping,
-        }
-        for name, x, y in (("along", -1.0, 0.0), ("across", 0.0, -1.0))
-    }
-    return {
-        "mechanism": {
-            "type": "planar",
-            "gravity": 0.0,
-            "bodies": {
-                "ground": {"points": {"main": still}},
-                "shaft": {"mass": 0.3, "inertia": 1e-4, "points": {"middle": still}},
-                "carriage": {"mass": 0.0, "inertia": 0.0, "points": {"middle": still}},
-                "housing": {"mass": MASS, "inertia": 1e-3, "points": {"middle": still}},
-            },
-            "joints": {
-                "main": {"type": "revolute", "between": ["ground.main", "shaft.middle"]},
-                "along": {"type": "prismatic", "between": ["ground.main", "carriage.middle"]},
-                "across": {"type": "prismatic", "between": ["carriage.middle", "housing.middle"], "axis": "90 deg"},
-                "bearing": {"type": "revolute", "between": ["housing.middle", "shaft.middle"]},
-            },
-            "driven": "main",
-            "output": {"body": "shaft"},
-        },
-        "drive": {"speed": "600 rpm"},
-        "loads": springs | ({"push": {"on": "housing", "force": [0.0, force]}} if force else {}),
-        "joints": {
-            "bearing": {
-                "clearance": CLEARANCE,
-                "bearing_radius": 10e-3,
-                "contact": {"law": "hertz", "stiffness": CONTACT},
-            }
-        },
-        "simulate": {"revolutions": 1.0, "discard": 0, "tolerance": 1e-10},
-        "save": {"orbits": "all"},
-    }
+    given = {"loads.push": {"on": "housing", "force": [0.0, force]}} if force else {}
+    for name, x, y in (("along", -1.0, 0.0), ("across", 0.0, -1.0)):
+        given |= {f"loads.{name}.anchor": [x, y + shift], f"loads.{name}.damping": damping}
+    return changed(grid_of("a housing on springs"), given)
 
 
 def test_a_housing_on_springs_sways_at_the_frequency_of_its_mass():

@@ -154,6 +154,15 @@ def once(condition, deed):
     return thread
 
 
+def undergoes(deed, parts, directory, machines):
+    """Run 48 cases of 50 ms on nodes to which something happens once so many parts are there; all cases are."""
+    actor = once(lambda: len(list(directory.glob("run/blocks/*/parts/*"))) >= parts, deed)
+    result = on_nodes(grid(48, (GOOD + 0.05,)), directory / "run", machines)
+    actor.join()
+    assert (result.ok, result.missing) == (48, 0)
+    assert complete(directory / "run")
+
+
 def complete(directory, cases=48):
     """Return whether all cases are there, each once, and all checksums are right."""
     facts = store.status(directory, every_file=True)
@@ -202,20 +211,10 @@ def test_nodes_are_for_grids_that_are_cut(tmp_path, pair):
         on_nodes(grid(4), tmp_path / "run", pair)
 
 
-def test_nodes_need_a_scheduler(tmp_path):
-    with pytest.raises(InputError, match=r"nodes needs the address of a scheduler"):
-        quiet(MIXED, tmp_path / "run", executor="nodes")
-
-
 @pytest.mark.slow
 def test_the_work_of_a_node_that_dies_goes_to_another(tmp_path, machines):
     machines.add(2)
-    source = grid(48, (GOOD + 0.05,))
-    killer = once(lambda: len(list(tmp_path.glob("run/blocks/*/parts/*"))) >= 4, machines.nodes[0].kill)
-    result = on_nodes(source, tmp_path / "run", machines)
-    killer.join()
-    assert (result.ok, result.missing) == (48, 0)
-    assert complete(tmp_path / "run")
+    undergoes(machines.nodes[0].kill, 4, tmp_path, machines)
 
 
 @pytest.mark.slow
@@ -229,26 +228,14 @@ def test_a_scheduler_that_restarts_costs_no_case(tmp_path, machines):
         machines.scheduler = machines.start("distributed.cli.dask_scheduler", "--port", str(machines.port))
         machines.add(1)
 
-    killer = once(lambda: len(list(tmp_path.glob("run/blocks/*/parts/*"))) >= 4, restart)
-    result = on_nodes(grid(48, (GOOD + 0.05,)), tmp_path / "run", machines)
-    killer.join()
-    assert (result.ok, result.missing) == (48, 0)
-    assert complete(tmp_path / "run")
+    undergoes(restart, 4, tmp_path, machines)
 
 
 @pytest.mark.slow
 def test_a_node_that_stops_is_helped_and_replaced(tmp_path, machines):
     machines.add(2)
-
-    def stop():
-        os.killpg(machines.nodes[0].pid, signal.SIGSTOP)
-
-    killer = once(lambda: len(list(tmp_path.glob("run/blocks/*/parts/*"))) >= 2, stop)
     begin = time.monotonic()
-    result = on_nodes(grid(48, (GOOD + 0.05,)), tmp_path / "run", machines)
-    killer.join()
-    assert (result.ok, result.missing) == (48, 0)
-    assert complete(tmp_path / "run")
+    undergoes(lambda: os.killpg(machines.nodes[0].pid, signal.SIGSTOP), 2, tmp_path, machines)
     assert time.monotonic() - begin < 60.0
 
 

@@ -171,13 +171,6 @@ def test_a_null_objective_is_an_error(tmp_path):
         quiet(source, tmp_path / "run")
 
 
-def test_a_resolved_grid_asks_for_the_same_cases():
-    own = grids.load(asked(), Fake.catalogue())
-    again = grids.load(own.resolved(), Fake.catalogue())
-    assert [*again.identities()] == [*own.identities()]
-    assert again.fixed_settings() == own.fixed_settings()
-
-
 def test_every_value_of_a_choice_has_its_part():
     for choice in (Choice("among", ("a", "b", "c")), Choice("whole", (2, 5))):
         every = choice.values if choice.kind == "among" else range(2, 6)

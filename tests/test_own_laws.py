@@ -89,39 +89,6 @@ def test_a_decorator_returns_the_function_and_records_it_only_while_collecting()
     assert "my-law" in linecache.getline(__file__, law.line)
 
 
-@pytest.mark.parametrize(
-    ("described", "message"),
-    [
-        ({"damper": "N*mm"}, "'N*mm' is not the SI unit; laws compute in SI: write 'N*m'"),
-        ({"damper": "N*sm"}, "unknown unit 'sm'"),
-        ({"law": "N"}, "'law' cannot be a key"),
-        ({"damper": laws.key("N", above=1.0, default="0.5 N")}, "its default is 0.5 N; allowed: above 1"),
-        ({"damper": laws.key("N", above=1.0, at_least=2.0)}, "two lower"),
-        ({"dampr": "N"}, "uses p.damper, which is no key of this law; did you mean 'dampr'?"),
-        ({"damper": "N", "kinks": ["dampr"]}, "'dampr' is neither a number nor a key; did you mean 'damper'?"),
-        ({"damper": "N", "kinks": ["slip=0"]}, "has kinks over penetration or rate"),
-        ({"damper": "N", "states": 1}, "of a friction law"),
-    ],
-)
-def test_a_decorator_refuses_what_no_grid_could_use(described, message):
-    with pytest.raises(InputError, match=r"test_own_laws.py:[0-9]+: laws.contact 'my-law'") as caught:
-        laws.contact("my-law", **described)(hunt_crossley)
-    assert message in str(caught.value)
-
-
-def test_a_function_of_other_arguments_is_refused_with_those_that_are_expected():
-    with pytest.raises(InputError, match=r"takes \(a, b\); expected \(normal, slip, state, p\)"):
-        laws.friction("my-law", states=1)(lambda a, b: a)
-
-
-def test_two_laws_of_one_name_are_refused_with_the_line_of_the_first():
-    with laws.collecting():
-        record = laws.elastic("spring", k="N/m")
-        record(lambda penetration, p: p.k * penetration)
-        with pytest.raises(InputError, match="is recorded already in line"):
-            record(lambda penetration, p: p.k * penetration)
-
-
 def test_a_function_of_c_has_an_address_and_no_body():
     with laws.collecting() as records:
         laws.elastic("sine")(ctypes.CDLL(None).sin)
@@ -352,14 +319,6 @@ def power(p, penetration):
     [
         (lambda d, v, v0, p: power(p, d) * math.log(d), {}, "fails with ValueError"),
         (lambda d, v, v0, p: power(p, d) / d, {}, "fails with ZeroDivisionError"),
-        (lambda d, v, v0, p: power(p, d) + 1.0, {}, "gives 1 N at rest at penetration 0"),
-        (
-            lambda d, v, v0, p: power(p, d) * (1.0 - 0.1 * v / v0),
-            {},
-            "gives energy: its restitution at 0.01 m/s is 1.07",
-        ),
-        (lambda d, v, v0, p: power(p, d) + (9.0 if d > 1e-5 else 0.0), {}, "jumps at penetration 1e-05 m"),
-        (lambda d, v, v0, p: power(p, d) * math.gamma(1.0 + d), {}, "cannot be traced: it calls math.gamma"),
         (lambda d, v, v0, p: power(p, d) * (1.0 - 0.1 * v / v0), {"may_gain": True}, ""),
         (lambda d, v, v0, p: power(p, d) + (9.0 if d > 1e-5 else 0.0), {"kinks": [1e-5]}, ""),
     ],
@@ -380,13 +339,11 @@ def test_a_law_that_no_run_could_use_is_refused_before_it(law, options, message)
 @pytest.mark.parametrize(
     ("law", "message"),
     [
-        (lambda normal, slip, p: p.mu * normal * math.copysign(1.0, slip), "jumps at slip 0 m/s"),
-        (lambda normal, slip, p: p.mu * normal * abs(slip), "drives the sliding"),
         (lambda normal, slip, p: p.mu * normal / slip, "fails with ZeroDivisionError"),
         (lambda normal, slip, p: None, "fails with TypeError"),
     ],
 )
-def test_friction_that_jumps_or_drives_is_refused(law, message):
+def test_friction_that_fails_is_refused(law, message):
     catalogue = catalogue_of(lambda: laws.friction("mine", mu="1")(law))
     with pytest.raises(InputError, match=message):
         grid.load(with_joint(CRANK, contact=FLORES, friction={"law": "mine", "mu": 0.1}), catalogue)
@@ -405,7 +362,7 @@ def test_the_sign_of_friction_does_not_matter():
 # ---------------------------------------------------------------------------------------------- in a grid
 
 
-def test_keys_of_a_law_have_units_ranges_defaults_and_suggestions():
+def test_keys_of_a_law_have_units_and_defaults():
     key = laws.key("N*s/m", at_least=0.0, default="5 N*s/m", doc="of the damper")
     catalogue = catalogue_of(
         lambda: laws.contact("mine", c=key)(lambda d, v, v0, p: p.elastic_force(d) + p.c * v * d / (d + 1e-6))
@@ -414,17 +371,3 @@ def test_keys_of_a_law_have_units_ranges_defaults_and_suggestions():
     assert joint_of(with_joint(PAIR, contact=contact), catalogue).contact.values["c"] == 5.0
     swept = with_joint(PAIR, contact=contact) | {"sweep": {"joints.pair.contact.c": ["1 N*s/mm", "2 kN*s/m"]}}
     assert grid.load(swept, catalogue).axes == {"joints.pair.contact.c": (1000.0, 2000.0)}
-    for wrong, message in (
-        ({"c": "1 N/m"}, "N*s/m"),
-        ({"c": "-1 N*s/m"}, "out of range; allowed: at least 0 (N*s/m)"),
-        ({"law": "mien"}, "did you mean 'mine'?"),
-        ({"restitution": 0.5}, "is not used by law 'mine'"),
-    ):
-        with pytest.raises(InputError) as caught:
-            grid.load(with_joint(PAIR, contact=contact | wrong), catalogue)
-        assert message in str(caught.value)
-
-
-def test_the_name_of_a_law_of_the_package_is_refused():
-    with pytest.raises(InputError, match=r"test_own_laws.py:[0-9]+: law 'flores': is the name of a law of the package"):
-        catalogue_of(lambda: laws.contact("flores")(lambda d, v, v0, p: p.elastic_force(d)))

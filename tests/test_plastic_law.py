@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from law_cases import resolved, written
-from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
+from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
 from clearsweep.mechanics.joints import registry
@@ -196,15 +196,3 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     assert [type(law).__name__ for law, _ in every_latched(scene.value.joints)] == ["Renewed", "Plastic"]
     assert run.work.latched.size == 2 + 2
     assert trajectory_of(scene, run, 1.0).summary["energy_residual"] < 1e-9
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_a_contact_that_yields_runs_uncompiled():
-    program = (
-        "from test_plastic_law import crank\n"
-        "t = crank(simulate__revolutions=0.03, simulate__tolerance=1e-6)\n"
-        "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'rod_slider_force_rms')))"
-    )
-    compiled, plain = told_both_ways(program)
-    assert compiled == pytest.approx(plain, rel=1e-9)

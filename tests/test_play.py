@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechanism_cases import changed
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
@@ -28,42 +29,20 @@ INPUT, PAIR = TRUTH["input"], TRUTH["gear_pair"]
 PERIOD = 2.0 * math.pi / INPUT["W_rad_s"]
 SPEED = INPUT["W0_rad_s"]
 ORIGIN = [0.0, 0.0]
+TURNS = [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi, 2.0 * math.pi]
+PUMP = {"on": "wheel", "table": {"crank_angle": TURNS, "torque": [0.5, 2.0, 0.5, -1.5, 0.5]}}
 
 
 def wheels(joint, play, ratio=1.0, sense=1.0, **changes):
     """Return two wheels on the ground, the first driven at a speed that would turn the second at SPEED."""
-    start = {"angle": -sense * INPUT["delta0_rad"], "rate": sense * SPEED}
-    tree = {
-        "mechanism": {
-            "type": "planar",
-            "bodies": {
-                "ground": {"points": {"first": ORIGIN, "second": [0.09, 0.0]}},
-                "pinion": {"mass": 1.0, "inertia": 1e-3, "points": {"axle": ORIGIN}},
-                "wheel": {
-                    "mass": 1.0,
-                    "inertia": INPUT["inertia_kg_m2"],
-                    "points": {"axle": ORIGIN},
-                    "initial": start,
-                },
-            },
-            "joints": {
-                "shaft": {"type": "revolute", "between": ["ground.first", "pinion.axle"]},
-                "bearing": {"type": "revolute", "between": ["ground.second", "wheel.axle"]},
-                "mesh": {"between": ["pinion", "wheel"], **joint},
-            },
-            "driven": "shaft",
-            "output": {"body": "wheel"},
-        },
-        "drive": {"speed": ratio * SPEED},
-        "joints": {"mesh": {"drag": INPUT["drag_relative_N_m_s_per_rad"], **play}},
-        "simulate": {
-            "revolutions": 40.0 * PERIOD * ratio * SPEED / (2.0 * math.pi),
-            "discard": 0,
-            "tolerance": 1e-12,
-        },
-        "save": {"orbits": "all", "samples": 4},
+    given = {
+        "mechanism.bodies.wheel.initial": {"angle": -sense * INPUT["delta0_rad"], "rate": sense * SPEED},
+        "mechanism.joints.mesh": {"between": ["pinion", "wheel"], **joint},
+        "drive.speed": ratio * SPEED,
+        "joints.mesh": {"drag": INPUT["drag_relative_N_m_s_per_rad"], **play},
+        "simulate.revolutions": 40.0 * PERIOD * ratio * SPEED / (2.0 * math.pi),
     }
-    return changed(tree, changes)
+    return changed(changed(grid_of("two wheels with play"), given), changes)
 
 
 def coupling(**changes):
@@ -166,41 +145,50 @@ def test_figures_of_play_follow_from_the_closed_solution():
     )
 
 
-def pieces_of(parameters, end):
+def contacts_of(slope, position, sizes, end, start, longest, rows=()):
     """Return (time, 'on' or 'off', side) of the contacts of a coupling, by Runge-Kutta 8 from piece to piece.
 
-    parameters : inertia, stiffness, half of the play, load, drag, amplitude and rate of the uneven drive.
+    slope : acceleration (rad/s^2) by time, state, and torque (N m) of the shaft; position : angle between the wheels by
+    time and state; start : the state there; longest : step (s); rows : times at which a piece ends, too.
     """
-    inertia, stiffness, half_play, load, drag, amplitude, rate = parameters
-    time, state, side, events = 0.0, [0.0, 0.0], 0, []
-    while True:
+    (_, stiffness, half_play), time, state, side, events = sizes, 0.0, start, 0, []
+    while time < end:
 
         def rates(t, y, side=side):
-            spring = stiffness * (y[0] - side * half_play) if side else 0.0
-            drive = -inertia * amplitude * rate * math.sin(rate * t)
-            return [y[1], (drive - spring + load - drag * y[1]) / inertia]
+            return [y[1], slope(t, y, stiffness * (position(t, y) - side * half_play) if side else 0.0)]
 
         borders = []
         for flank in (1, -1) if side == 0 else (side,):
 
             def border(t, y, flank=flank):
-                return flank * y[0] - half_play
+                return flank * position(t, y) - half_play
 
             border.terminal, border.direction = True, 1 if side == 0 else -1
             borders.append(border)
-        limits = {
-            "rtol": 1e-12,
-            "atol": 1e-17,
-            "max_step": min(0.05 * 2.0 * math.pi / rate, 0.1 / math.sqrt(stiffness / inertia)),
-        }
-        piece = solve_ivp(rates, (time, end), state, method="DOP853", events=borders, **limits)
-        if piece.status != 1:
-            return events
-        passed = next(k for k, times in enumerate(piece.t_events) if len(times))
-        time, state = piece.t_events[passed][0], list(piece.y_events[passed][0])
-        reached = (1, -1)[passed] if side == 0 else side
-        events.append((time, "on" if side == 0 else "off", reached))
-        side = reached if side == 0 else 0
+        stop = min(end, next((row for row in rows if row > time + 1e-12), end))
+        accuracy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-17, "max_step": longest}
+        piece = solve_ivp(rates, (time, stop), state, events=borders, **accuracy)
+        time, state = piece.t[-1], piece.y[:, -1]
+        if piece.status == 1:
+            reached = side or (1, -1)[next(k for k, times in enumerate(piece.t_events) if len(times))]
+            events.append((time, "off" if side else "on", reached))
+            side = 0 if side else reached
+    return events
+
+
+def pieces_of(parameters, end):
+    """Return the contacts of a coupling under an uneven drive.
+
+    parameters : inertia, stiffness, half of the play, load, drag, amplitude and rate of the drive.
+    """
+    *sizes, load, drag, amplitude, rate = parameters
+    inertia, stiffness, _ = sizes
+
+    def slope(t, y, spring):
+        return (-inertia * amplitude * rate * math.sin(rate * t) - spring + load - drag * y[1]) / inertia
+
+    longest = min(0.05 * 2.0 * math.pi / rate, 0.1 / math.sqrt(stiffness / inertia))
+    return contacts_of(slope, lambda t, y: y[0], sizes, end, [0.0, 0.0], longest)
 
 
 def test_impacts_on_both_flanks_agree_with_a_second_program():
@@ -224,15 +212,7 @@ def test_impacts_on_both_flanks_agree_with_a_second_program():
 def test_a_drive_that_reverses_takes_the_play_up_on_both_flanks():
     amplitude, rate, load, drag, cycles = 5.0, 300.0, 0.2, 0.63, 5
     end = cycles * 2.0 * math.pi / rate
-    times = np.linspace(0.0, 1.001 * end, 5001)
-    tree = coupling()
-    tree["drive"] = {
-        "angle": {"table": {"time": times.tolist(), "angle": (amplitude / rate * np.sin(rate * times)).tolist()}}
-    }
-    tree["mechanism"]["bodies"]["wheel"]["initial"] = {"angle": 0.0, "rate": amplitude}
-    tree["loads"] = {"load": {"on": "wheel", "torque": -load}}
-    tree["joints"]["mesh"]["drag"] = drag
-    tree["simulate"] = {"cycles": cycles, "period": 2.0 * math.pi / rate, "discard": 0, "tolerance": 1e-10}
+    tree, _, _ = reversing(amplitude, rate, load, drag, cycles, 5001)
     result = clearsweep.simulate(clearsweep.load_case(tree), [])
     sizes = [INPUT[key] for key in ("inertia_kg_m2", "stiffness_N_m_per_rad", "half_play_rad")]
     expected = pieces_of([*sizes, load, drag, amplitude, rate], end)
@@ -250,30 +230,26 @@ def test_a_drive_that_reverses_takes_the_play_up_on_both_flanks():
 
 def pieces_of_table(spline, sizes, load, drag, end, rate):
     """Return what `pieces_of` does where the angle of the first half is a cubic spline, from row to row of it."""
-    (inertia, stiffness, half_play), time, state, side, events = sizes, 0.0, [0.0, rate], 0, []
-    while time < end:
+    inertia, stiffness, _ = sizes
 
-        def rates(t, y, side=side):
-            spring = stiffness * (spline(t) - y[0] - side * half_play) if side else 0.0
-            return [y[1], (spring + drag * (spline(t, 1) - y[1]) - load) / inertia]
+    def slope(t, y, spring):
+        return (spring + drag * (spline(t, 1) - y[1]) - load) / inertia
 
-        borders = []
-        for flank in (1, -1) if side == 0 else (side,):
+    longest = 0.1 / math.sqrt(stiffness / inertia)
+    return contacts_of(slope, lambda t, y: spline(t) - y[0], sizes, end, [0.0, rate], longest, spline.x)
 
-            def border(t, y, flank=flank):
-                return flank * (spline(t) - y[0]) - half_play
 
-            border.terminal, border.direction = True, 1 if side == 0 else -1
-            borders.append(border)
-        row = spline.x[np.searchsorted(spline.x, time + 1e-12)]
-        accuracy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-17, "max_step": 0.1 / math.sqrt(stiffness / inertia)}
-        piece = solve_ivp(rates, (time, min(end, row)), state, events=borders, **accuracy)
-        time, state = piece.t[-1], piece.y[:, -1]
-        if piece.status == 1:
-            reached = side or (1, -1)[next(k for k, times in enumerate(piece.t_events) if len(times))]
-            events.append((time, "off" if side else "on", reached))
-            side = 0 if side else reached
-    return events
+def reversing(amplitude, rate, load, drag, cycles, rows):
+    """Return the coupling under a load whose first wheel turns to and fro, and the rows of its drive."""
+    times = np.linspace(0.0, 1.001 * cycles * 2.0 * math.pi / rate, rows)
+    angles = amplitude / rate * np.sin(rate * times)
+    tree = coupling()
+    tree["drive"] = {"angle": {"table": {"time": times.tolist(), "angle": angles.tolist()}}}
+    tree["mechanism"]["bodies"]["wheel"]["initial"] = {"angle": 0.0, "rate": amplitude}
+    tree["loads"] = {"load": {"on": "wheel", "torque": -load}}
+    tree["joints"]["mesh"]["drag"] = drag
+    tree["simulate"] = {"cycles": cycles, "period": 2.0 * math.pi / rate, "discard": 0, "tolerance": 1e-11}
+    return tree, times, angles
 
 
 @pytest.mark.slow
@@ -281,14 +257,7 @@ def test_a_coarse_table_of_angles_moves_events_by_its_spline_alone():
     """Against the sine the events of 250 rows are off by a third of a period; against their own spline by rounding."""
     amplitude, rate, load, drag, cycles = 5.0, 300.0, 0.2, 0.63, 12
     end, period = cycles * 2.0 * math.pi / rate, 2.0 * math.pi / rate
-    times = np.linspace(0.0, 1.001 * end, 251)
-    angles = amplitude / rate * np.sin(rate * times)
-    tree = coupling()
-    tree["drive"] = {"angle": {"table": {"time": times.tolist(), "angle": angles.tolist()}}}
-    tree["mechanism"]["bodies"]["wheel"]["initial"] = {"angle": 0.0, "rate": amplitude}
-    tree["loads"] = {"load": {"on": "wheel", "torque": -load}}
-    tree["joints"]["mesh"]["drag"] = drag
-    tree["simulate"] = {"cycles": cycles, "period": period, "discard": 0, "tolerance": 1e-11}
+    tree, times, angles = reversing(amplitude, rate, load, drag, cycles, 251)
     result = clearsweep.simulate(clearsweep.load_case(tree), [])
     sizes = [INPUT[key] for key in ("inertia_kg_m2", "stiffness_N_m_per_rad", "half_play_rad")]
     expected = pieces_of_table(CubicSpline(times, angles, bc_type="natural"), sizes, load, drag, end, amplitude)
@@ -300,30 +269,7 @@ def test_a_coarse_table_of_angles_moves_events_by_its_spline_alone():
 
 @pytest.mark.slow
 def test_torques_of_a_planetary_gear_are_those_of_its_radii():
-    bodies = {"ground": {"points": {"main": ORIGIN}}}
-    bodies |= {name: {"mass": 0.3, "inertia": 1e-4, "points": {"main": ORIGIN}} for name in ("arm", "planet", "sun")}
-    bodies["arm"]["points"]["planet"] = [0.05, 0.0]
-    contact = {"law": "hunt-crossley", "stiffness": 2e7, "restitution": 0.7}
-    tree = {
-        "mechanism": {
-            "type": "planar",
-            "bodies": bodies,
-            "joints": {
-                "main": {"type": "revolute", "between": ["ground.main", "arm.main"]},
-                "pin": {"type": "revolute", "between": ["arm.planet", "planet.main"]},
-                "shaft": {"type": "revolute", "between": ["arm.main", "sun.main"]},
-                "outer": {"type": "gear", "between": ["planet", "ground"], "ratio": -3.5, "radius": 0.02},
-                "inner": {"type": "gear", "between": ["planet", "sun"], "ratio": 1.5, "radius": 0.02},
-            },
-            "driven": "main",
-            "output": {"body": "sun"},
-        },
-        "drive": {"speed": 50.0},
-        "loads": {"brake": {"on": "sun", "torque": -0.5}},
-        "joints": {name: {"backlash": 5e-5, "contact": contact} for name in ("outer", "inner")},
-        "simulate": {"revolutions": 1.0, "discard": 0, "tolerance": 1e-9},
-    }
-    figures = clearsweep.simulate(clearsweep.load_case(tree), []).summary
+    figures = clearsweep.simulate(clearsweep.load_case(grid_of("a planetary gear")), []).summary
     sun, ring = 0.03, 0.07
     assert figures["inner_torque_peak_ideal"] == pytest.approx(0.5, rel=1e-9)
     assert figures["outer_torque_peak_ideal"] == pytest.approx(0.5 * ring / sun, rel=1e-9)
@@ -439,8 +385,7 @@ def test_friction_of_teeth_balances_energy_where_their_centres_move():
     tree["mechanism"]["joints"]["mesh"]["first_eccentricity"] = 1e-5
     contact = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
     tree["joints"]["bearing"] = {"clearance": 2e-5, "bearing_radius": 0.01, "contact": contact}
-    turns = [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi, 2.0 * math.pi]
-    tree["loads"] = {"pump": {"on": "wheel", "table": {"crank_angle": turns, "torque": [0.5, 2.0, 0.5, -1.5, 0.5]}}}
+    tree["loads"] = {"pump": PUMP}
     tree["simulate"] = {"revolutions": 1.0, "discard": 0, "tolerance": 1e-9}
     result = clearsweep.simulate(clearsweep.load_case(tree), [])
     assert {"mesh_drive", "mesh_coast"} < set(result.events["joint"].tolist())
@@ -646,31 +591,7 @@ def test_a_block_between_walls_meets_its_stop():
 
 @pytest.mark.slow
 def test_a_guide_meets_its_stop_where_its_slider_is():
-    contact = {"law": "kelvin-voigt", "stiffness": 1e6, "damping": 0.0}
-    tree = {
-        "mechanism": {
-            "type": "planar",
-            "bodies": {
-                "ground": {"points": {"main": ORIGIN}},
-                "crank": {"mass": 1.0, "inertia": 1e-3, "points": {"axle": ORIGIN, "pin": [0.05, 0.0]}},
-                "rod": {"mass": 0.2, "inertia": 1e-4, "points": {"big": ORIGIN, "small": [0.12, 0.0]}},
-                "slider": {"mass": 0.5, "inertia": 1e-4, "points": {"pin": ORIGIN}},
-            },
-            "joints": {
-                "axle": {"type": "revolute", "between": ["ground.main", "crank.axle"]},
-                "big": {"type": "revolute", "between": ["crank.pin", "rod.big"]},
-                "small": {"type": "revolute", "between": ["rod.small", "slider.pin"]},
-                "rail": {"type": "prismatic", "between": ["ground.main", "slider.pin"]},
-            },
-            "driven": "axle",
-            "output": {"body": "slider", "point": "pin"},
-        },
-        "drive": {"torque": 2.0, "initial_speed": 10.0, "inertia": 0.01},
-        "joints": {"rail": {"stops": {"at": [0.1, 0.18], "contact": contact}}},
-        "simulate": {"revolutions": 0.285, "discard": 0, "tolerance": 1e-10},
-        "save": {"orbits": "all"},
-    }
-    result = clearsweep.simulate(clearsweep.load_case(tree))
+    result = clearsweep.simulate(clearsweep.load_case(grid_of("a slider that meets its stop")))
     begin = result.events[0]
     assert (begin["joint"], begin["kind"]) == ("rail_lower", "on")
     assert np.interp(begin["t"], result.t, result["slider/x"]) == pytest.approx(0.1, abs=1e-5)
@@ -695,8 +616,7 @@ def test_every_law_of_the_normal_force_balances_energy_on_flanks(name):
     tree = coupling()
     del tree["mechanism"]["bodies"]["wheel"]["initial"]
     tree["joints"]["mesh"]["contact"] = contact
-    turns = [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi, 2.0 * math.pi]
-    tree["loads"] = {"pump": {"on": "wheel", "table": {"crank_angle": turns, "torque": [0.5, 2.0, 0.5, -1.5, 0.5]}}}
+    tree["loads"] = {"pump": PUMP}
     tree["simulate"] = {"revolutions": 0.5, "discard": 0, "tolerance": 1e-7}
     result = clearsweep.simulate(clearsweep.load_case(tree), [])
     assert len(result.events)

@@ -2,7 +2,6 @@
 
 import contextlib
 import math
-import re
 import time
 
 import pint
@@ -114,28 +113,6 @@ def test_a_written_unit_can_be_read_as_it_is_printed(written):
         assert quantity.read(shown, unit) == pytest.approx(quantity.read(written, unit), rel=1e-14, abs=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("text", "unit", "meant"),
-    [
-        ("5 nm", "N*m", "5 N*m"),
-        ("5 NM", "N*m", "N*m"),
-        ("5 nm/rad", "N*m/rad", "5 N*m/rad"),
-        ("1 g", "m/s^2", "1 g0"),
-        ("20 kg", "N", "20 kgf"),
-        ("20 ft-lb", "N*m", "20 ft*lbf"),
-        ("3 Mpa", "Pa", "MPa"),
-    ],
-)
-def test_a_unit_of_another_quantity_is_answered_with_the_one_meant(text, unit, meant):
-    with pytest.raises(InputError, match=f"did you mean '{re.escape(meant)}'"):
-        quantity.read(text, unit)
-
-
-@pytest.mark.parametrize("rpm", [1, 1000, 3000, 5000, 12345.6])
-def test_rpm_is_a_sixtieth_of_a_turn_per_second(rpm):
-    assert quantity.read(f"{rpm} rpm", "rad/s") == pytest.approx(rpm * 2 * math.pi / 60, rel=3e-16, abs=0.0)
-
-
 @given(st.decimals(min_value="0.001", max_value="100000", places=6))
 def test_the_spelling_of_the_unit_does_not_change_a_bit(number):
     mm = quantity.read(f"{number} mm", "m")
@@ -173,49 +150,11 @@ def test_zero_has_no_sign(zero):
     assert math.copysign(1.0, quantity.read(zero, "m")) == 1.0
 
 
-BAD = [
-    ("0.5 kg", "m", ["'0.5 kg'", "another dimension", "expected a quantity in m", "0.5 mm"]),
-    ("500 1/s", "rad/s", ["another dimension", "5000 rpm", "80 Hz (turns per second)"]),
-    ("3 rad", "1", ["another dimension", "without unit", "90 %"]),
-    ("5 N/m", "N/m^1.5", ["another dimension", "1e9 N/m^1.5"]),
-    ("50 %", "m", ["% is allowed only for quantities without a unit"]),
-    ("0.5 M", "m", ["unknown unit 'M'", "did you mean 'm'?"]),
-    ("5 RPM", "rad/s", ["unknown unit 'RPM'", "did you mean 'rpm'?"]),
-    ("5 milimetre", "m", ["unknown unit 'milimetre'", "did you mean 'millimetre'?"]),
-    ("5 Nx/m", "N*s/m", ["unknown unit 'Nx'", "N*s/m"]),
-    ("0,5 mm", "m", ["decimal point, not a comma"]),
-    ("mm", "m", ["does not begin with a number"]),
-    ("", "m", ["does not begin with a number"]),
-    ("five", "m", ["'five'"]),
-    ("1 m^", "m", ["cannot be read as a unit"]),
-    ("1 (m", "m", ["cannot be read as a unit"]),
-    ("1 m^99999999", "m", ["cannot be read as a unit"]),
-    ("1_000 m", "m", ["cannot be read as a unit"]),
-    ("1 m; import os", "m", ["cannot be read as a unit"]),
-    ("0x10", "m", ["cannot be read as a unit"]),
-    ("1e999", "m", ["not a finite number"]),
-    ("1e308 km", "m", ["not a finite number"]),
-    (".inf", "m", ["not a finite number"]),
-    (".nan", "m", ["not a finite number"]),
-    ("-inf", "m", ["not a finite number"]),
-    (math.inf, "m", ["not a finite number"]),
-    (math.nan, "m", ["not a finite number"]),
-    (10**400, "m", ["not a finite number"]),
-    (True, "m", ["found true"]),
-    (None, "m", ["found nothing"]),
-    ({}, "m", ["found a section"]),
-    ([1], "m", ["found a list"]),
-    ("1" * 1000, "m", ["does not begin with a number", "..."]),
-]
-
-
-@pytest.mark.parametrize(("value", "unit", "words"), BAD, ids=[str(bad[0])[:20] for bad in BAD])
-def test_a_mistake_says_what_was_found_and_what_is_expected(value, unit, words):
-    with pytest.raises(InputError) as caught:
-        quantity.read(value, unit)
-    for word in (*words, "found"):
-        assert word in str(caught.value)
-    assert len(caught.value.problems) == 1
+@pytest.mark.parametrize(("value", "words"), [(10**400, "not a finite number"), ("1" * 1000, "begin with a number")])
+def test_a_monstrous_number_is_refused_in_a_line(value, words):
+    with pytest.raises(InputError, match=words) as caught:
+        quantity.read(value, "m")
+    assert len(str(caught.value)) < 200
     assert "\n" not in str(caught.value)
 
 

@@ -434,9 +434,6 @@ def test_show_says_why_there_is_nothing_to_draw(tmp_path, ending):
 CATALOGUE = simulation.catalogue()
 JOINT = "joints.rod-slider"
 BASE = grid_of("a crank of a report")
-LUGRE = {"law": "lugre", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 0.1}
-LUGRE |= {"bristle_stiffness": 1e4, "bristle_damping": 100.0, "viscous": 2.0}
-KARNOPP = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 0.1, "band": 0.02}
 LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹·", "-0123456789.")
 STEEL = {"young": 207e9, "poisson": 0.3}
 
@@ -486,30 +483,6 @@ def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
     assert sum(map(len, together.values())) > 40
 
 
-@pytest.mark.parametrize(
-    ("contact", "friction", "path", "text"),
-    [
-        ({"law": "kuwabara-kono", "stiffness": 1e10, "damping": 2e3}, None, "contact.damping", "2000 N s/m¹·⁵"),
-        ({"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e3}, None, "contact.damping", "2000 N s/m"),
-        ({"law": "kelvin-voigt", "stiffness": 2e4, "damping": 2e3}, None, "contact.stiffness", "20 000 N/m"),
-        (
-            {"law": "exact", "elastic": "winkler", "material": STEEL, "thickness": 5e-3, "restitution": 0.7},
-            None,
-            "contact.thickness",
-            "5 mm",
-        ),
-        (BASE["joints"]["rod-slider"]["contact"], LUGRE, "friction.stribeck_velocity", "0.1 m/s"),
-        (BASE["joints"]["rod-slider"]["contact"], LUGRE, "friction.bristle_stiffness", "10 000 1/m"),
-        (BASE["joints"]["rod-slider"]["contact"], LUGRE, "friction.bristle_damping", "100 s/m"),
-        (BASE["joints"]["rod-slider"]["contact"], LUGRE, "friction.viscous", "2 s/m"),
-        (BASE["joints"]["rod-slider"]["contact"], KARNOPP, "friction.band", "0.02 m/s"),
-    ],
-)
-def test_the_parameters_of_laws_are_shown_with_their_units(contact, friction, path, text):
-    row = shown(resolved(contact, friction))[f"{JOINT}.{path}"]
-    assert row.replace("\u00a0", " ").replace("\u202f", " ") == text
-
-
 def test_a_stiffness_beside_a_swept_law_has_the_law_s_default_exponent():
     contact = {"law": "exact", "stiffness": 2e4, "restitution": 0.9}
     record = resolved(contact, axes={f"{JOINT}.contact.law": ["exact", "flores"]})
@@ -545,33 +518,6 @@ def test_swept_values_have_the_unit_that_the_grid_gives(name):
     assert {path: cases.unit(path) for path in cases.axes} == {path: units.get(path, "") for path in cases.axes}
 
 
-def test_page_shows_the_unit_of_a_law_parameter(tmp_path):
-    run = Run(sweep={}, histories=False, wear=False)
-    run.grid |= resolved({"law": "kuwabara-kono", "stiffness": 1e10, "damping": 2e3})
-    page = report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "2000\u00a0N\u00a0s/m¹·⁵" in page
-
-
-LUBRICATED_JOINT = "joints.rod-slider"
-STEEL_PIN = {"young": "207 GPa", "poisson": 0.3}
-SLIDES = {"coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3}
-LAYER = {"law": "hertz", "elastic": "winkler", "material": STEEL_PIN, "thickness": "5 mm"}
-SECTIONS = {
-    "kuwabara-kono, lugre": {
-        "contact": {"law": "kuwabara-kono", "stiffness": "6.61e10 N/m^1.5", "damping": 120.0},
-        "friction": SLIDES | {"law": "lugre", "bristle_stiffness": 5000.0, "bristle_damping": 316.0},
-    },
-    "kelvin-voigt, karnopp": {
-        "contact": {"law": "kelvin-voigt", "stiffness": "2e4 N/m", "damping": 120.0},
-        "friction": SLIDES | {"law": "karnopp", "band": 2e-4},
-    },
-    "layer, stribeck": {
-        "contact": LAYER,
-        "friction": SLIDES | {"law": "stribeck", "velocity_scale": 1e-4, "viscous": 0.04},
-    },
-}
-
-
 class MadeUp(fake_physics.Fake):
     """Made-up results of any law there is."""
 
@@ -583,50 +529,7 @@ class MadeUp(fake_physics.Fake):
         return {}
 
 
-@pytest.fixture(scope="module")
-def shared_values(tmp_path_factory):
-    """Return a function: name of some laws, path -> the value on the page of a run with these laws."""
-    pages = {}
-
-    def value(name, path):
-        if name not in pages:
-            directory = tmp_path_factory.mktemp("values")
-            source = fake_physics.grid(1, orbits="none")
-            source["joints"]["rod-slider"] |= SECTIONS[name]
-            run = sweep(source, directory / "run", executor="serial", show_progress=False, simulator=MadeUp).open()
-            pages[name] = report.write(run, directory / "page.html").read_text(encoding="utf-8")
-        (cell,) = re.findall(rf'<th scope="row">{re.escape(path)}</th><td>([^<]*)</td>', pages[name])
-        return cell.replace("\u00a0", " ")
-
-    return value
-
-
-@pytest.mark.parametrize(
-    ("name", "key", "text"),
-    [
-        ("kuwabara-kono, lugre", "clearance", "0.5 mm"),
-        ("kuwabara-kono, lugre", "contact.stiffness", "6.61 \u00d7 10¹⁰ N/m¹·⁵"),
-        ("kuwabara-kono, lugre", "contact.damping", "120 N s/m¹·⁵"),
-        ("kuwabara-kono, lugre", "friction.bristle_stiffness", "5000 1/m"),
-        ("kuwabara-kono, lugre", "friction.bristle_damping", "316 s/m"),
-        ("kelvin-voigt, karnopp", "contact.stiffness", "20\u202f000 N/m"),
-        ("kelvin-voigt, karnopp", "contact.damping", "120 N s/m"),
-        ("kelvin-voigt, karnopp", "friction.band", "0.2 mm/s"),
-        ("layer, stribeck", "contact.thickness", "5 mm"),
-        ("layer, stribeck", "contact.material.young", "207 GPa"),
-        ("layer, stribeck", "contact.material.poisson", "0.3"),
-        ("layer, stribeck", "friction.stribeck_velocity", "2 mm/s"),
-        ("layer, stribeck", "friction.velocity_scale", "0.1 mm/s"),
-        ("layer, stribeck", "friction.viscous", "0.04 s/m"),
-        ("layer, stribeck", "friction.shape", "2"),
-        ("layer, stribeck", "friction.coefficient", "0.1"),
-    ],
-)
-def test_a_value_of_a_law_is_shown_in_the_unit_the_law_takes_it_in(shared_values, name, key, text):
-    assert shared_values(name, f"{LUBRICATED_JOINT}.{key}") == text
-
-
-def test_values_beside_the_joints_are_shown_in_their_units(shared_values):
+def test_values_of_a_stored_run_are_shown_in_the_units_that_they_are_taken_in(tmp_path):
     expected = {
         "mechanism.crank.length": "50 mm",
         "mechanism.crank.mass": "0.3 kg",
@@ -635,5 +538,18 @@ def test_values_beside_the_joints_are_shown_in_their_units(shared_values):
         "drive.speed": "5000 rpm",
         "simulate.tolerance": "1 \u00d7 10⁻⁸",
         "simulate.revolutions": "10",
+        f"{JOINT}.clearance": "0.5 mm",
+        f"{JOINT}.contact.stiffness": "6.61 \u00d7 10¹⁰ N/m¹·⁵",
+        f"{JOINT}.contact.damping": "120 N s/m¹·⁵",
+        f"{JOINT}.friction.bristle_stiffness": "5000 1/m",
+        f"{JOINT}.friction.bristle_damping": "316 s/m",
     }
-    assert {path: shared_values("kuwabara-kono, lugre", path) for path in expected} == expected
+    source = fake_physics.grid(1, orbits="none")
+    contact = {"law": "kuwabara-kono", "stiffness": "6.61e10 N/m^1.5", "damping": 120.0}
+    friction = {"law": "lugre", "coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3}
+    friction |= {"bristle_stiffness": 5000.0, "bristle_damping": 316.0}
+    source["joints"]["rod-slider"] |= {"contact": contact, "friction": friction}
+    run = sweep(source, tmp_path / "run", executor="serial", show_progress=False, simulator=MadeUp).open()
+    page = report.write(run, tmp_path / "page.html").read_text(encoding="utf-8").replace("\u00a0", " ")
+    rows = dict(re.findall(r'<th scope="row">([^<]*)</th><td>([^<]*)</td>', page))
+    assert {path: rows[path] for path in expected} == expected

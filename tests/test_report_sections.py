@@ -9,9 +9,8 @@ import pandas as pd
 import pytest
 from fake_runs import CRANK, ROD, RPM, Run
 from markupsafe import Markup
-from test_refine import Arc, off_border, refining_grid
 from test_report import Page
-from test_seek import MASS, quiet, searching
+from test_seek import MASS, Arc, off_border, quiet, refining_grid, searching
 
 import clearsweep
 from clearsweep import report, simulation

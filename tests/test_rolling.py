@@ -6,6 +6,8 @@ import math
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from mechanism_cases import changed
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
@@ -28,16 +30,7 @@ from clearsweep.simulation.setup.start import arrays_of
 
 STEEL = 210e9 / (2.0 * (1.0 - 0.3**2))  # Pa, E* of two bodies of steel
 SHARES = 0.5 * (1.0 - 11.5 / 43.5), 0.5 * (1.0 + 11.5 / 43.5)
-BALL = {
-    "type": "rolling",
-    "kind": "ball",
-    "elements": 7,
-    "element_diameter": "11.5 mm",
-    "pitch_diameter": "43.5 mm",
-    "groove": [0.52, 0.53],
-    "clearance": "10 um",
-    "contact": {"law": "hunt-crossley", "damping_factor": "0.3 s/m"},
-}
+BALL = grid_of("a hub in a bearing")["joints"]["bearing"]
 UNDAMPED = {"law": "hunt-crossley", "damping_factor": "1e-9 s/m"}
 ROLLER = {key: value for key, value in BALL.items() if key != "groove"} | {
     "kind": "roller",
@@ -68,30 +61,9 @@ def slider_crank(joints, **simulate):
 
 def loaded_hub(joint, load, **simulate):
     """Return the grid of a body of 1 kg that a load (x, y) N presses into a bearing of the ground."""
-    ground = {"points": {"o": ["0 m", "0 m"], "seat": ["0.5 m", "0 m"]}}
-    hub = {"mass": "1 kg", "inertia": "0.01 kg*m^2", "points": {"c": ["0 m", "0 m"]}, "initial": {"x": "0.5 m"}}
-    crank = {"mass": "1 kg", "inertia": "0.01 kg*m^2", "points": {"o": ["0 m", "0 m"]}}
-    joints = {
-        "motor": {"type": "revolute", "between": ["ground.o", "crank.o"]},
-        "bearing": {"type": "revolute", "between": ["ground.seat", "hub.c"]},
-    }
-    bodies = {"ground": ground, "crank": crank, "hub": hub}
-    force = [f"{component} N" for component in load]
-    return {
-        "name": "hub",
-        "mechanism": {
-            "type": "planar",
-            "driven": "motor",
-            "bodies": bodies,
-            "joints": joints,
-            "output": {"body": "crank"},
-        },
-        "drive": {"speed": "60 rpm"},
-        "loads": {"pull": {"on": "hub", "point": "c", "force": force}},
-        "joints": {"bearing": joint},
-        "simulate": {"revolutions": 0.2, "discard": 0.18} | simulate,
-        "save": {"orbits": "all", "samples": 100},
-    }
+    given = {"loads.pull.force": [f"{component} N" for component in load], "joints.bearing": joint}
+    given |= {f"simulate.{key}": value for key, value in simulate.items()}
+    return changed(grid_of("a hub in a bearing"), given)
 
 
 def bearing(elastic, count, clearance):

@@ -82,65 +82,6 @@ def test_json_has_the_same_in_si():
     assert (facts["table_depth"], len(facts["contradictions"])) == (pytest.approx(2e-7, rel=1e-12), 4)
 
 
-GIVEN = ["--coefficient", "1e-14"]
-FORCED, PRESSED = "t [s],force [N],speed [m/s]\n", "t [s],pressure [Pa],speed [m/s]\n"
-MISTAKES = {
-    "no unit of the right kind": (["--coefficient", "2e-14 mm"], None, "--coefficient: found '2e-14 mm', whose unit"),
-    "impossible": (
-        ["--coefficient", "2e-8 m^2/N", "--hardness", "2 GPa"],
-        None,
-        "a dimensionless 40 at the hardness 2 GPa; allowed: 1e-10",
-    ),
-    "unit forgotten": (
-        ["--coefficient", "2e-14", "--hardness", "2 GPa"],
-        None,
-        "if the coefficient has a unit, write it",
-    ),
-    "negative": (["--coefficient", "-1 m^2/N"], None, "allowed: at least 0 m^2/N"),
-    "no speed": (GIVEN, "time [s],pressure [Pa]\n0,1\n1,1\n", ":1:1: has no column of speed"),
-    "no pressure": (GIVEN, FORCED + "0,1,1\n1,1,1\n", "with --area"),
-    "area": ([*GIVEN, "--area", "0"], FORCED + "0,1,1\n1,1,1\n", "above 0 m^2"),
-    "time": (GIVEN, PRESSED + "1,1,1\n1,1,1\n", "row 3: the time does not"),
-    "word": (
-        ["--coefficient", "1e-14"],
-        PRESSED + "0,x,1\n1,1,1\n",
-        ":2:2: found 'x Pa', which",
-    ),
-    "ragged": (GIVEN, PRESSED + "0,1\n1,1,1\n", "the row has 2 cells"),
-    "one row": (GIVEN, PRESSED + "0,1,1\n", "has 1 rows"),
-    "suction": (
-        ["--coefficient", "1e-14"],
-        PRESSED + "0,1,1\n1,-1,1\n",
-        "row 3: the pressure is negative",
-    ),
-    "hardness below floats": (
-        ["--coefficient", "1e-4", "--hardness", "1e-320 Pa"],
-        None,
-        "--hardness: found 1e-320 Pa",
-    ),
-    "hardness beyond floats": (["--coefficient", "1e-4", "--hardness", "1e300 GPa"], None, "--hardness"),
-    "area below floats": ([*GIVEN, "--area", "1e-320 m^2"], FORCED + "0,1,1\n1,1,1\n", "--area: found 1e-320 m^2"),
-    "area that is not zero": ([*GIVEN, "--area", "1e-400 m^2"], FORCED + "0,1,1\n1,1,1\n", "1e-60 to 1e+60 m^2"),
-    "coefficient below floats": (["--coefficient", "1e-400 m^2/N"], None, "--coefficient: found 1e-400 m^2/N"),
-    "coefficient near the end of floats": (["--coefficient", "1e-310 m^2/N"], None, "allowed: 0, or 1e-60"),
-    "coefficient beyond all": (["--coefficient", "1e300 m^2/N"], None, "allowed: 0, or 1e-60"),
-    "depth beyond all": (["--coefficient", "1e50 m^2/N"], PRESSED + "0,1e20,1\n1,1e20,1\n", "check the units"),
-    "pressure beyond all": (GIVEN, PRESSED + "0,1,1\n1,1e300,1\n", "row 3: found a pressure of 1e+300"),
-    "twice": (GIVEN, "t [s],time [s]\n0,0\n1,1\n", ":1:2: 'time [s]' is a second column of time"),
-}
-
-
-@pytest.mark.parametrize(("arguments", "table", "sentence"), MISTAKES.values(), ids=MISTAKES)
-def test_a_mistake_is_reported_with_its_place(tmp_path, arguments, table, sentence):
-    path = PUBLISHED
-    if table:
-        path = tmp_path / "series.csv"
-        path.write_text(table, encoding="utf-8")
-    with pytest.raises(InputError) as error:
-        CliRunner().invoke(verbs, ["wear", str(path), *arguments], catch_exceptions=False)
-    assert sentence in str(error.value)
-
-
 @pytest.mark.parametrize(
     ("depth", "agrees"),
     [
@@ -178,8 +119,3 @@ def test_a_long_series_reads_as_its_cells_do_one_by_one(tmp_path):
     text = series.wear_text(series.compute_wear(read, 1e-14))
     assert "4,800 more rows; --json has all" in text
     assert len(text.splitlines()) < 250
-
-
-def test_there_is_no_such_file(tmp_path):
-    with pytest.raises(InputError, match="cannot be read: No such file"):
-        series.read_series(tmp_path / "none.csv")

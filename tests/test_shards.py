@@ -17,7 +17,7 @@ from test_sweep import quiet, same_results
 
 from clearsweep import cli
 from clearsweep import grid as grids
-from clearsweep.language.errors import DirectoryError, InputError
+from clearsweep.language.errors import DirectoryError
 from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping import sweep as sweeping
 from clearsweep.sweeping.pool.case_runner import Shard, case_ids
@@ -188,13 +188,6 @@ def test_a_record_that_is_none_is_refused(pieces, tmp_path, content):
     (tmp_path / "run.json").write_text(content)
     with pytest.raises(DirectoryError, match=r"run\.json"):
         merge([pieces / "1", tmp_path], tmp_path / "all")
-
-
-@pytest.mark.parametrize("text", ["3", "0/4", "5/4", "-1/4", "1/0", "a/b", "1/2/3", ""])
-def test_a_shard_that_is_none_is_refused_before_anything_is_written(tmp_path, text):
-    with pytest.raises(InputError, match=r"expected I/N with I from 1 to N"):
-        quiet(grid(1), tmp_path / "run", shard=text)
-    assert not (tmp_path / "run").exists()
 
 
 def test_shards_run_merge_and_report_from_the_command_line(tmp_path, monkeypatch):

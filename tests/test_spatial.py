@@ -14,7 +14,6 @@ from spatial_oracle import Oracle
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import spatial as joints
 from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
 from clearsweep.mechanics.joints.spatial import farthest_direction
@@ -463,27 +462,6 @@ def test_absolute_coordinates_with_multipliers_give_the_same_motion(opened, keys
 # ---------------------------------------------------------------------------------------------- grids
 
 AT = "joints.crank-rod"
-
-
-@pytest.mark.parametrize(
-    ("changes", "line", "remedy"),
-    [
-        ({f"{AT}.clearance": None}, '"crank-rod": {', "such as 0.5 mm"),
-        ({f"{AT}.axial_clearance": None}, '"crank-rod": {', "such as 0.5 mm"),
-        ({f"{AT}.journal_length": 0.021}, '"journal_length"', "shorten the journal, or write flange: false"),
-        ({"mechanism.rod.inertia": [1e-5, 1e-4, 2e-4]}, '"inertia": [', "correct the largest one"),
-    ],
-)
-def test_a_mistake_in_a_file_is_reported_with_its_line_and_a_remedy(changes, line, remedy, tmp_path):
-    file = tmp_path / "grid.yaml"
-    file.write_text(json.dumps(changed(spatial(), changes), indent=1), encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        clearsweep.load_case(file)
-    (problem,) = caught.value.problems
-    lines = file.read_text(encoding="utf-8").splitlines()
-    number = int(problem.removeprefix(f"{file}:").partition(":")[0])
-    assert line in lines[number - 1], problem
-    assert remedy in problem
 
 
 def test_one_quantity_represents_a_list_as_the_keys_say():

@@ -9,7 +9,6 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_cases import told_both_ways
 from scipy.integrate import quad
 from spatial_cases import JOINT, spatial
 from spatial_oracle import SlicedOracle, extreme
@@ -560,23 +559,6 @@ def test_a_jammed_journal_without_load_has_no_friction():
     assert [*loads.force, *loads.journal_moment, *loads.bearing_moment] == [0.0] * 9
     touching = JointState(np.array([1e-9, 0.0, *[0.0] * 6]), mode, np.full(6, 0.1), 0)
     assert np.isfinite([*load(joint, gap, Offsets(0, 0, 0, 0), touching).force]).all()
-
-
-PROGRAM = """
-from spatial_cases import spatial
-rubs = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
-case = spatial(walls="spread", tilt=[0.004, 0.003], friction=rubs)
-case["simulate"] |= {"revolutions": 0.04, "tolerance": 1e-9}
-found = clearsweep.simulate(clearsweep.load_case(case), times=[0.001, 0.002])
-print(found.status, *found["slider/a"], *found["joints/crank_rod/force_normal_1"], len(found.events))
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.compiled
-def test_compiled_and_plain_code_move_spread_walls_alike():
-    compiled, plain = told_both_ways(PROGRAM)
-    assert compiled == pytest.approx(plain, rel=1e-6, abs=1e-6)
 
 
 @pytest.mark.slow

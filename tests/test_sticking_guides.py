@@ -5,7 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from mechanism_cases import slider_crank
+from mechanism_cases import changed, slider_crank
+from right_grids import grid_of
 from scipy.integrate import solve_ivp
 from test_slot import GRID as SLOT
 
@@ -19,7 +20,6 @@ from clearsweep.verify.measured import machines
 
 pytestmark = [pytest.mark.heavy, pytest.mark.usefixtures("too_short")]
 
-STILL = [0.0, 0.0]
 LAW = {"law": "karnopp", "coefficient": 1.0, "static_coefficient": 1.5, "stribeck_velocity": 1e-3, "band": 1e-6}
 STRONG = LAW | {"static_coefficient": 1e7}
 
@@ -29,24 +29,17 @@ STRONG = LAW | {"static_coefficient": 1e7}
 
 def block(friction):
     """Return the scene of a block in a guide with clearance, whose walls turn with the crank."""
-    bodies = {
-        "ground": {"points": {"main": STILL}},
-        "crank": {"mass": 0.3, "inertia": 1e-4, "points": {"pivot": STILL, "rail": [0.02, 0.01]}},
-        "block": {"mass": 0.2, "inertia": 4e-5, "center": [2e-3, 1e-3], "points": {"middle": STILL}},
-    }
-    bodies["block"]["initial"] = {"x": 0.022, "y": 0.011, "vx": -0.3, "vy": 0.6, "rate": 30.0}  # as the crank moves it
-    joints = {
-        "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
-        "guide": {"type": "prismatic", "between": ["crank.rail", "block.middle"], "axis": "20 deg"},
-    }
-    guide = {"clearance": 1e-3, "length": 0.06, "height": 0.03, "contact": {"law": "hertz", "stiffness": 1e9}}
-    return {
-        "mechanism": {"type": "planar", "bodies": bodies, "joints": joints, "driven": "main", "gravity": 9.81}
-        | {"output": {"body": "crank"}},
-        "drive": {"speed": 30.0},
-        "joints": {"guide": guide | {"friction": friction}},
+    given = {
+        "mechanism.gravity": 9.81,
+        "mechanism.bodies.block.center": [2e-3, 1e-3],
+        "mechanism.bodies.block.initial": {"x": 0.022, "y": 0.011, "vx": -0.3, "vy": 0.6, "rate": 30.0},  # as the crank
+        "mechanism.joints.guide.axis": "20 deg",
+        "drive.speed": 30.0,
+        "joints.guide.friction": friction,
         "simulate": {"revolutions": 1, "discard": 0},
+        "save": None,
     }
+    return changed(grid_of("a block in a turning guide"), given)
 
 
 def pin(friction, **changes):

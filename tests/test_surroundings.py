@@ -9,12 +9,17 @@ import sys
 import threading
 from pathlib import Path
 
+import fake_physics
 import pytest
+import torture_exits
 from fake_physics import FAILS, GOOD, Fake, grid, sweep
-from test_sweep import parts, program, wait_for
+from test_sweep import parts, program, same_results, wait_for
+from torture_exits import READS_AHEAD, late_threads
 
+import clearsweep
 from clearsweep import cli, exit_codes
 from clearsweep.language import errors, phases
+from clearsweep.language.errors import InputError
 from clearsweep.sweeping.pool import driver, executors, forks, system
 
 pytestmark = pytest.mark.heavy
@@ -253,3 +258,173 @@ def test_errors_name_their_own_space_only(monkeypatch):
     monkeypatch.setattr(resource, "getrlimit", lambda _: (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
     system.check_space()
     assert system.remedy_text(ZeroDivisionError("bug")) is None
+
+
+# ---------------------------------------------------------------------------------------------- ends of programs
+
+
+#: All that reads Parquet files and batches: a sweep of a table, its results in every form, a merge, a second sweep.
+READS_ALL = """
+import sys
+from pathlib import Path
+import pyarrow as pa, pyarrow.parquet as pq
+from fake_physics import GOOD, grid, merge, sweep
+from clearsweep import store
+from clearsweep.sweeping.merge import complete_run
+place = Path(sys.argv[1])
+pq.write_table(pa.table({"mechanism.slider.mass": [1.0, 2.0, 3.0]}), place / "cases.parquet")
+source = grid(1, (GOOD,), wear=True)
+source = {key: value for key, value in source.items() if key != "sweep"} | {"cases": str(place / "cases.parquet")}
+for name in ("one", "one", "two"):
+    sweep(source, place / name, executor="serial", show_progress=False)
+merge([place / "one", place / "two"], place / "both")
+run = store.open(place / "both")
+assert len(run.summary) == len(run.column("status")) == len(run.column("mechanism.slider.mass")) == 3
+store.status(place / "both", every_file=True)
+"""
+#: The command line, with such a verb.
+VERB_READS_AHEAD = f"""
+from clearsweep import __main__, cli
+def verb():
+    exec({READS_AHEAD!r})
+    raise SystemExit(3)
+cli.main = verb
+__main__.main()
+"""
+
+
+@pytest.fixture(scope="module")
+def late(tmp_path_factory):
+    """Return the environment in which threads that have woken others end late."""
+    environment = late_threads(tmp_path_factory.mktemp("late"))
+    paths = [environment["PYTHONPATH"], str(HERE)]
+    return environment | {"PYTHONPATH": os.pathsep.join(paths), "OPENBLAS_NUM_THREADS": "1"}
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Return a Parquet file."""
+    sweep(grid(1, (GOOD,)), tmp_path / "run", executor="serial", show_progress=False)
+    return tmp_path / "run" / "summary.parquet"
+
+
+def ended(program, argument, environment) -> subprocess.CompletedProcess:
+    """Run a program of Python to its end."""
+    command = [sys.executable, "-c", program, str(argument)]
+    return subprocess.run(command, env=environment, capture_output=True, text=True, check=False, timeout=100)
+
+
+@pytest.mark.slow
+def test_a_thread_that_still_holds_a_python_buffer_aborts_the_interpreter(late, table):
+    outcome = ended(READS_AHEAD, table, late)
+    assert outcome.returncode == -6, "the threads were not delayed, so the next tests show nothing"
+    assert "terminate called" in outcome.stderr
+
+
+def test_no_thread_holds_what_is_python_s_when_a_program_that_used_everything_ends(late, tmp_path):
+    outcome = ended(READS_ALL, tmp_path, late)
+    assert (outcome.returncode, outcome.stderr) == (0, "")
+
+
+def test_the_command_line_ends_with_its_code_whatever_a_library_does_at_the_end(late, table):
+    assert ended(VERB_READS_AHEAD, table, late).returncode == 3
+
+
+def test_bad_exits_are_counted_for_every_verb(monkeypatch, tmp_path):
+    verbs = {name: lambda mark: [sys.executable, "-c", f"import sys; sys.exit({mark[-1]} == 1)"] for name in ("a", "b")}
+    monkeypatch.setattr(torture_exits, "prepared", lambda folder: (folder / "fresh").mkdir() or verbs)
+    result = torture_exits.exits(4, 3, tmp_path)
+    assert result == {"a": ([0, 1], [0, 1, 0]), "b": ([0, 1], [0, 1, 0])}
+
+
+def test_a_fixture_that_hangs_is_ended_and_all_stacks_are_printed(request, tmp_path):
+    limit, way = (request.config.getini(name) for name in ("timeout", "timeout_method"))
+    assert 0 < float(limit) <= 600
+    file = tmp_path / "test_hangs.py"
+    file.write_text(
+        "import threading, pytest\n"
+        "@pytest.fixture\ndef closing():\n    yield\n    threading.Event().wait()\n"
+        "def test_hangs(closing): pass\n"
+    )
+    command = [sys.executable, "-m", "pytest", "-c", "/dev/null", "-p", "no:cacheprovider", "--timeout", "1"]
+    outcome = subprocess.run(
+        [*command, "--timeout-method", way, file], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert outcome.returncode != 0
+    assert "in closing" in outcome.stdout + outcome.stderr
+
+
+# ----------------------------------------------------------------------------------- settings and disks of others
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    out = tmp_path_factory.mktemp("surroundings") / "run"
+    fake_physics.sweep(grid(6), out, executor="serial", show_progress=False)
+    return out
+
+
+def report(run, *options, limit=None, **environment):
+    """Return what `report` comes to, its files limited to some bytes."""
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    return subprocess.run(
+        [sys.executable, "-m", "clearsweep", "report", str(run), *map(str, options)],
+        env=os.environ | environment,
+        preexec_fn=limited if limit else None,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.mark.slow
+def test_figures_do_not_depend_on_settings_of_matplotlib_by_others(ran, tmp_path):
+    odd = {"MPLBACKEND": "nope", "SOURCE_DATE_EPOCH": "x"}
+    for name, variables in (("usual", {}), ("odd", odd)):
+        done = report(
+            ran, "--out", tmp_path / f"{name}.html", "--figures", tmp_path / name, "--format", "pdf", **variables
+        )
+        assert done.returncode == 0, done.stderr
+    files = sorted(file.name for file in (tmp_path / "usual").iterdir())
+    assert len(files) > 1
+    for name in files:
+        assert (tmp_path / "usual" / name).read_bytes() == (tmp_path / "odd" / name).read_bytes()
+
+
+@pytest.mark.slow
+def test_a_page_that_does_not_fit_is_named_and_nothing_is_left_of_it(ran, tmp_path):
+    done = report(ran, "--out", tmp_path / "page.html", limit=40_000)
+    assert done.returncode == 2
+    assert f"{tmp_path / 'page.html'}: cannot be written (File too large); make room or choose" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("source", ["grid.yaml", {"mechanism": {}}, None, 1.0])
+def test_simulate_says_what_it_takes(source):
+    with pytest.raises(InputError, match=r"expected the result of load_case, as in clearsweep\.simulate"):
+        clearsweep.simulate(source)
+
+
+@pytest.mark.parametrize("limit", [9_000])
+def test_a_disk_that_fills_in_the_middle_costs_what_was_not_committed(tmp_path, limit):
+    source = grid(40, wear=True)
+    fake_physics.sweep(source, tmp_path / "undisturbed", executor="serial", show_progress=False)
+    out = tmp_path / "run"
+    resource_limit = f"import resource; resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))\n"
+    script = resource_limit + (
+        "import sys, json; sys.path[:0] = json.loads(sys.argv[3])\n"
+        "from fake_physics import sweep; from clearsweep.language.errors import ClearsweepError\n"
+        'try: sweep(json.loads(sys.argv[1]), sys.argv[2], executor="serial", show_progress=False)\n'
+        "except ClearsweepError as error: print(error, file=sys.stderr); sys.exit(error.exit_code)\n"
+    )
+    arguments = [json.dumps(source), str(out), json.dumps(sys.path)]
+    done = subprocess.run([sys.executable, "-c", script, *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode in (2, 4), done.stderr
+    assert "Traceback" not in done.stderr
+    assert str(out) in done.stderr
+    program(out, source, show_progress=False).communicate(timeout=100)
+    assert same_results(tmp_path / "undisturbed", out)
+    assert parts(out) == len(list((out / "shards").iterdir()))

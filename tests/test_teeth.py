@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
-from test_play import INPUT, PAIR, changed, coupling, gear, refused, rubbing_gear
+from test_play import INPUT, PAIR, PUMP, changed, coupling, gear, refused, rubbing_gear
 
 import clearsweep
 
@@ -79,8 +79,7 @@ def test_energy_balances_where_wheels_with_a_varying_stiffness_move():
     tree["mechanism"]["joints"]["mesh"]["first_eccentricity"] = 1e-5
     contact = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
     tree["joints"]["bearing"] = {"clearance": 2e-5, "bearing_radius": 0.01, "contact": contact}
-    turns = [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi, 2.0 * math.pi]
-    tree["loads"] = {"pump": {"on": "wheel", "table": {"crank_angle": turns, "torque": [0.5, 2.0, 0.5, -1.5, 0.5]}}}
+    tree["loads"] = {"pump": PUMP}
     tree["joints"]["mesh"]["contact"] = {"law": "hertz", "stiffness": 1e7}
     tree["simulate"] = {"revolutions": 1.0, "discard": 0, "tolerance": 1e-9}
     result = clearsweep.simulate(clearsweep.load_case(tree), [])

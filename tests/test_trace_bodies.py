@@ -1,16 +1,22 @@
 """Statements and expressions of bodies do on symbols what Python does, one by one and in lanes that differ."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
-from traced_states import aligned
+from traced_states import aligned, observed, rates_of, states
 
+from clearsweep import simulation
+from clearsweep.grid import load
+from clearsweep.mechanics.coupling import entries
+from clearsweep.mechanics.observe import END, ERROR, ERROR_RATE, STAGES
 from clearsweep.tracing import calls, objects
 from clearsweep.tracing.compiled.choosing import cond, lane_range, rolled_range, table_item, where
 from clearsweep.tracing.compiled.dual import Dual, slope
-from clearsweep.tracing.compiled.family import inlined, kernel
-from clearsweep.tracing.memory import View
+from clearsweep.tracing.compiled.family import form_number, inlined, kernel
+from clearsweep.tracing.memory import Fields, View
+from clearsweep.tracing.objects import machine_code
 from clearsweep.tracing.symbols import DOUBLE, WIDTH, NotTraceableError
 
 TABLE = np.array([[float(i * i), float(-i)] for i in range(8)])
@@ -240,3 +246,129 @@ def test_what_follows_a_return_runs_only_if_a_lane_is_left():
 
     before_root, _, _ = str(objects.trace_body(entry, "f", WIDTH).module).partition("@sqrt")
     assert before_root.count("br i1") == 2
+
+
+# ---------------------------------------------------------------------------------------------- numbers with names
+
+
+class Tank(Fields):
+    """The state of a tank."""
+
+    level: float  # m
+    inflow: float  # m/s
+
+
+class FillCounts(Fields):
+    """Counts."""
+
+    fillings: int
+    overflows: int
+
+
+@kernel
+def fill(tank, height):
+    """Let a tank rise by its inflow; return whether it overflows."""
+    tank.level += tank.inflow
+    if tank.level > height:
+        tank.level = height
+        return True
+    return False
+
+
+def fillings(tanks, counted, height):
+    """Fill both tanks three times; return the level of the first."""
+    state, counts = Tank(tanks), FillCounts(counted)
+    for _ in range(3):
+        counts.fillings += 1
+        for j in range(2):
+            if fill(state[j], height):
+                counts.overflows = counts.overflows + 1
+    return state[0].level
+
+
+@pytest.mark.parametrize("how", [machine_code(fillings), fillings])
+def test_a_body_changes_named_numbers_and_rows_of_them(how):
+    tanks, counted = Tank.zeros(2), FillCounts.zeros()
+    tanks.column("inflow")[:] = 0.25, 0.5
+    assert how(tanks.numbers, counted.numbers, 1.0) == 0.75
+    assert tanks.column("level").tolist() == [0.75, 1.0]
+    assert tanks[1].level == 1.0
+    assert (counted.fillings, counted.overflows) == (3, 1)
+
+
+def test_memory_follows_from_the_declaration():
+    assert Tank.SIZE == 2
+    assert FillCounts.zeros().numbers.dtype == np.int64
+    assert Tank.zeros(3).numbers.shape == (3, 2)
+    assert Tank.index_of("inflow") == 1
+
+
+def test_a_further_record_adds_its_own_numbers():
+    class Heated(Tank):
+        heat: float  # J
+
+    assert Heated.SIZE == 3
+    assert [Heated.index_of(name) for name in ("level", "inflow", "heat")] == [0, 1, 2]
+
+
+def test_rows_have_no_number_of_their_own():
+    with pytest.raises(AttributeError, match="several rows"):
+        _ = Tank.zeros(2).level
+
+
+def test_numbers_of_two_kinds_are_refused():
+    with pytest.raises(ValueError, match="too many values"):
+        type("Mixed", (Fields,), {"__annotations__": {"a": float, "b": int}})
+
+
+def test_an_attribute_that_is_no_number_is_not_assigned():
+    def misspelt(tanks):
+        Tank(tanks).levle = 2.0
+
+    with pytest.raises(AttributeError, match="levle"):
+        misspelt(np.zeros(2))
+    with pytest.raises(NotTraceableError, match="assigns an attribute that is no number in memory"):
+        machine_code(misspelt)(np.zeros(2))
+
+
+# ---------------------------------------------------------------------------------------------- stages and examples
+
+
+CONFIGS = sorted(path.name for path in (Path(__file__).parents[1] / "configs").glob("*.yaml"))
+MOST = 3  # kinds of scenes of a grid that are looked at
+
+
+def scenes(name):
+    """Yield the scenes of a grid of `configs`, one of each kind."""
+    grid, seen = load(Path(__file__).parents[1] / "configs" / name, simulation.catalogue()), set()
+    for i in range(min(len(grid), 64)):
+        scene = simulation.build(grid.case(i))
+        if form_number(scene.value) not in seen and len(seen) < MOST:
+            seen.add(form_number(scene.value))
+            yield scene
+
+
+@pytest.mark.few("slider_crank.yaml", "two_joints.yaml", "lubricated.yaml", "worn_slider_crank.yaml", "four_bar.yaml")
+@pytest.mark.parametrize("name", CONFIGS)
+def test_all_stages_observed_at_once_have_the_bits_of_each_in_every_example(name):
+    for scene in scenes(name):
+        for seed in (7, 8):
+            state = states(scene, seed)
+            each, together = rates_of(scene, state).o, observed(scene, state).o
+            each[[ERROR, ERROR_RATE], :END] = 0.0  # looked up at the end alone
+            np.testing.assert_array_equal(each, together)
+
+
+@pytest.mark.few("slider_crank.yaml", "lubricated.yaml", "worn_slider_crank.yaml", "spatial_four_bar.yaml")
+@pytest.mark.parametrize("name", CONFIGS)
+def test_machine_code_does_what_the_body_does(name):
+    """To rounding: where nothing fuses, sums of products differ in their last digits, and what cancels by more."""
+    for scene in scenes(name):
+        state = states(scene)
+        result = rates_of(scene, state)
+        for row in range(STAGES):
+            y = np.ascontiguousarray(state.nodes[:-1, row])
+            entries.rates_entry((scene.value,), y, state.mode, state.latched, state.k, state.o, row)
+            for ours, theirs in ((result.k, state.k), (result.o, state.o)):
+                size = np.maximum(np.abs(theirs[:, row]), 1e-6 * np.abs(theirs[:, row]).max())
+                np.testing.assert_array_less(np.abs(ours[:, row] - theirs[:, row]), 1e-9 * size + 1e-300)

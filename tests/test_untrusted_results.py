@@ -270,15 +270,6 @@ def test_a_batch_that_is_damaged_while_a_run_works_is_said_and_runs_again(tmp_pa
     assert same_results(tmp_path / "undisturbed", out)
 
 
-@pytest.mark.parametrize("schema", [1, 99, "<b>"])
-def test_another_form_of_directories_is_refused_by_every_verb_with_what_to_do(run, schema, capsys):
-    crafted(run, lambda content: content["frame"].update(schema=schema))
-    for verb in (["report"], ["report", "--all"], ["status"], ["show", "0"]):
-        assert exit_codes.run(verbs, [verb[0], str(run), *verb[1:]]) == 2
-        message = capsys.readouterr().err
-        assert "run the grid again into another directory, or read it with that version" in message
-
-
 @pytest.mark.parametrize("verb", ["status", "report", "clean", "run"])
 def test_a_record_of_an_older_version_is_refused_by_its_version(source, run, verb, capsys):
     def of_version_12(content):

@@ -10,6 +10,7 @@ import math
 import numpy as np
 import pytest
 from fake_runs import load
+from mechanism_cases import changed
 from right_grids import grid_of
 from scipy.integrate import simpson
 from scipy.signal import hilbert
@@ -368,14 +369,6 @@ def test_the_columns_of_a_machine_without_a_place_are_those_of_its_frame():
     assert not any("velocity" in name or "order" in name or "zone" in name for name in columns)
 
 
-def test_a_grid_is_read_again_from_what_a_run_records():
-    grid = load(GRID)
-    again = load(grid.resolved())
-    assert [again.case_id(0), again.layout] == [grid.case_id(0), grid.layout]
-    assert again.case(0).vibration == grid.case(0).vibration
-    assert again.case(0).loads[0].values["reacted"] is False
-
-
 def test_the_counterweight_of_least_force_is_that_of_the_closed_form():
     """Without offset and loads only the first order depends on it: half of the reciprocating mass is balanced."""
     grid = {key: value for key, value in copy.deepcopy(GRID).items() if key != "loads"} | {"vibration": {}}
@@ -460,27 +453,12 @@ def test_the_frame_of_a_swinging_crank_is_shaken_as_in_closed_form():
     swing, rate, mass, arm = 0.8, 30.0, 0.7, 0.04
     times = np.linspace(0.0, 6.0 * 2.0 * math.pi / rate, 3001)
     table = {"time": times.tolist(), "angle": (swing * np.sin(rate * times)).tolist()}
-    points = {"pivot": [0.0, 0.0], "far": [0.1, 0.0]}
-    spring = {"between": ["ground", "flap"], "torsional_stiffness": 5.0}
-    contact = {"law": "kelvin-voigt", "stiffness": 2e4, "damping": 0.0}
-    bodies = {
-        "ground": {"points": points},
-        "crank": {"mass": mass, "inertia": 1e-3, "center": [arm, 0.0], "points": {"axle": [0.0, 0.0]}},
-        "flap": {"mass": 1.0, "inertia": 1e-3, "points": {"axle": [0.0, 0.0]}, "initial": {"angle": 0.0}},
-    }
-    joints = {
-        "main": {"type": "revolute", "between": ["ground.pivot", "crank.axle"]},
-        "hinge": {"type": "revolute", "between": ["ground.far", "flap.axle"]},
-    }
-    mechanism = {"type": "planar", "bodies": bodies, "joints": joints, "driven": "main", "output": {"body": "crank"}}
-    tree = {
-        "mechanism": mechanism | {"gravity": 0.0},
+    given = {
         "drive": {"angle": {"table": table}},
-        "loads": {"spring": spring},
-        "joints": {"hinge": {"stops": {"at": [-1.0, 1.0], "contact": contact}}},
         "simulate": {"cycles": 5, "period": 2.0 * math.pi / rate, "discard": 2},
-        "vibration": {"at": {"frame": {"mass": 20.0}}, "orders": 4},
     }
+    given |= {"mechanism.bodies.crank.mass": mass, "mechanism.bodies.crank.center": [arm, 0.0]}
+    tree = changed(grid_of("a crank beside a flap"), given)
     shaking = ideal_shaking(clearsweep.load_case(tree).case, None)
     phases = np.linspace(0.0, 2.0 * math.pi, 7201)[:-1]
     angle, speed = swing * np.sin(phases), swing * rate * np.cos(phases)

@@ -331,34 +331,6 @@ def test_every_bin_has_the_mean_of_a_hundred_thousand_standing_arcs():
         assert depths == pytest.approx(naive, rel=0.0, abs=1e-6 * naive.max())
 
 
-@pytest.mark.slow
-def test_the_pressure_that_a_grid_names_acts():
-    """The tenth harmonic of the bearing's wear: a contact of half arc theta leaves sin(10 theta) / (10 theta) of it."""
-    changes = {"save.orbits": "last", "save.revolutions": 1, "save.samples": 100000}
-    changes["joints.rod-slider.contact.onset"] = "first"  # deeper contacts, so arcs that differ more
-    worn = {
-        wear["pressure"]: run(**changes, **{"joints.rod-slider.wear": wear})[1]
-        for wear in (LINE_WEAR, WEAR | {"pressure": "mean"})
-    }
-    mean = worn["mean"]
-    x, y = mean["joints/rod_slider/x"], mean["joints/rod_slider/y"]
-    size = np.maximum(np.hypot(x, y), 1e-12)
-    slip = (x * mean["joints/rod_slider/vy"] - y * mean["joints/rod_slider/vx"]) / size + mean["rod/rate"] * 9.5e-3
-    work = mean["joints/rod_slider/force_normal"] * np.abs(slip)
-    theta = np.arccos(np.minimum(0.5e-3 / size, 1.0))
-    tenth = np.exp(10j * np.arctan2(y, x)) * np.sinc(10.0 * theta / math.pi)
-    sampled = np.sum(work * tenth) / work.sum()
-    positions = (np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS
-    binned = {name: np.sum(each.wear["rod_slider"][0] * np.exp(10j * positions)) for name, each in worn.items()}
-    binned = {name: value / worn[name].wear["rod_slider"][0].sum() for name, value in binned.items()}
-    assert abs(binned["mean"] - sampled) < 0.01
-    assert abs(binned["hertz-line"] - sampled) > 0.05
-    line = worn["hertz-line"].summary
-    over = np.sum(work / np.sinc(theta / math.pi)) / np.sum(work)  # what an even pressure sums up to over its load
-    assert mean.summary["rod_slider_wear_volume"] == pytest.approx(over * line["rod_slider_wear_volume"], rel=1e-4)
-    assert mean.summary["rod_slider_force_peak"] == line["rod_slider_force_peak"]
-
-
 def case_of(pressure=None, **changes):
     wear = WEAR | ({"pressure": pressure} if pressure else {})
     source = slider_crank("rod-slider", changes={"joints.rod-slider.wear": wear} | changes)

@@ -10,6 +10,7 @@ import pytest
 from law_cases import joint as joint_of
 from law_cases import names
 from mechanism_cases import changed, slider_crank
+from right_grids import grid_of
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
 
@@ -564,52 +565,14 @@ def test_a_scar_under_the_acting_shape_grows_as_the_closed_form():
     assert shaped == pytest.approx(bare, rel=5e-3)
 
 
-def scar(pressure, limit, *, springs=False, radius=SCAR_RADIUS, clearance=SCAR_CLEARANCE, load=SCAR_LOAD, bins=720):
+def scar(pressure, limit, *, springs=False, clearance=SCAR_CLEARANCE, load=SCAR_LOAD, bins=720):
     """Return the life of a bearing on sliding guides, pressed on a turning shaft by a constant load."""
-    law = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e4}
     layer = {"law": "hunt-crossley", "restitution": 0.5, "elastic": "winkler", "thickness": 1e-3}
     layer |= {"material": {"young": 30e6, "poisson": 0.4}}
-    coefficients = {"bearing_coefficient": SCAR_COEFFICIENT, "journal_coefficient": 0.0}
-    damper = {"between": ["ground", "housing"], "point": "bore", "stiffness": 0.0}
-    source = {
-        "mechanism": {
-            "type": "planar",
-            "gravity": 0.0,
-            "bodies": {
-                "ground": {"points": {"main": [0.0, 0.0], "rail": [0.0, 0.0]}},
-                "shaft": {"mass": 1.0, "inertia": 1e-4, "center": [0.0, 0.0], "points": {"pin": [0.0, 0.0]}},
-                "carriage": {"mass": 0.0, "inertia": 0.0, "center": [0.0, 0.0], "points": {"pin": [0.0, 0.0]}},
-                "housing": {"mass": 1.0, "inertia": 0.0, "center": [0.0, 0.0], "points": {"bore": [0.0, 0.0]}},
-            },
-            "joints": {
-                "main": {"type": "revolute", "between": ["ground.main", "shaft.pin"]},
-                "across": {"type": "prismatic", "between": ["ground.rail", "carriage.pin"], "axis": 0.0},
-                "along": {"type": "prismatic", "between": ["carriage.pin", "housing.bore"], "axis": 0.5 * math.pi},
-                "dry": {"type": "revolute", "between": ["shaft.pin", "housing.bore"], "journal": "shaft"},
-            },
-            "driven": "main",
-            "output": {"body": "shaft"},
-        },
-        "drive": {"speed": 10.0},
-        "joints": {
-            "dry": {
-                "clearance": clearance,
-                "bearing_radius": radius,
-                "length": SCAR_LENGTH,
-                "contact": layer if springs else law,
-                "wear": {"law": "archard", **coefficients, "evolve": True, "pressure": pressure, "bins": bins},
-            }
-        },
-        "simulate": {"discard": 2, "revolutions": 3, "tolerance": 1e-6},
-        "save": {"orbits": "none"},
-        "loads": {
-            "weight": {"on": "housing", "force": [0.0, -load]},
-            "across": damper | {"anchor": [-100.0, 0.0], "damping": 2000.0},
-            "along": damper | {"anchor": [0.0, -100.0], "damping": 200.0},
-        },
-        "life": {"joint": "dry", "limit": limit, "tolerance": 0.1, "blocks": 500},
-    }
-    return clearsweep.simulate(simulation.load_case(source))
+    given = {"joints.dry.clearance": clearance, "loads.weight.force": [0.0, -load], "life.limit": limit}
+    given |= {"joints.dry.wear.pressure": pressure, "joints.dry.wear.bins": bins}
+    given |= {"joints.dry.contact": layer} if springs else {}
+    return clearsweep.simulate(simulation.load_case(changed(grid_of("a bush on a turning shaft"), given)))
 
 
 @pytest.mark.slow

@@ -1,13 +1,19 @@
-"""A wrong grid gets the messages that `wrong_grids.txt` shows below it, all of them and no other.
+"""What is wrong gets the messages that `wrong_grids.txt` shows below it, all of them and no other.
 
 A section of the page begins with `==`, the name and the text of a right grid.  Each paragraph below it changes this
 text (lines `-` become the lines `+`; `&` is between two places), or values of its dict (`path: value`; `~ path` removes
 one), may write lines of a file (`| cases.csv: line`), and ends with a line `>` per message.  What is changed as a dict
-has no lines, so its messages have no place.  `python tests/test_wrong_grids.py` writes the messages anew: read what
-they have become.
+has no lines, so its messages have no place.  A line `$` is a command that is run beside the grid and refuses it;
+without one the grid is read.  `python tests/test_wrong_grids.py` writes the messages anew: read what they have become.
 """
 
+import contextlib
+import io
 import os
+import re
+import shlex
+import signal
+import sys
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
@@ -15,8 +21,12 @@ from typing import NamedTuple
 import pytest
 from right_grids import PAGE, READER
 
-from clearsweep import grid, simulation
+from clearsweep import exit_codes, grid, simulation
+from clearsweep.cli import verbs
+from clearsweep.grid.written import law_execution
 from clearsweep.language.errors import InputError
+
+DIGEST = re.compile(r" \([0-9a-f]{8}\)")  # of a law file, which depends on its folder
 
 
 class Wrong(NamedTuple):
@@ -26,17 +36,19 @@ class Wrong(NamedTuple):
     changes: list[str]
     messages: list[str]
 
+    def lines(self, mark):
+        """Return what is written behind a mark, line by line."""
+        return [line[2:] for line in self.changes if line.startswith(f"{mark} ")]
+
     def source(self):
         """Return the grid: a dict, or the name of a file that is written into this folder next to its tables."""
-        values = [line for line in self.changes if line[0] not in "-+&|~"]
-        removed = [line[2:] for line in self.changes if line.startswith("~ ")]
-        if values or removed:
-            return self.changed_dict(READER.load("\n".join(values)) or {}, removed)
-        for line in self.changes:
-            if line.startswith("| "):
-                name, _, content = line[2:].partition(": ")
-                with open(name, "a", encoding="utf-8") as file:
-                    file.write(f"{content}\n")
+        for line in self.lines("|"):
+            name, _, content = line.partition(":")
+            with open(name, "a", encoding="utf-8") as file:
+                file.write(f"{content.removeprefix(' ')}\n")
+        values = [line for line in self.changes if line[0] not in "-+&|~$"]
+        if values or self.lines("~"):
+            return self.changed_dict(READER.load("\n".join(values)) or {}, self.lines("~"))
         Path("grid.yaml").write_text(self.changed_text(), encoding="utf-8")
         return "grid.yaml"
 
@@ -68,14 +80,29 @@ class Wrong(NamedTuple):
         return text
 
     def answer(self):
-        """Return the messages about this grid."""
-        with pytest.raises(InputError) as refusal:
-            grid.load(self.source(), simulation.catalogue())
-        return list(refusal.value.problems)
+        """Return the messages about this grid, or of the command, which writes nothing else; law files are trusted."""
+        source, commands = self.source(), self.lines("$")
+        files, settings = sorted(os.listdir()), settings_of_python()
+        with contextlib.redirect_stderr(io.StringIO()) as errors, contextlib.redirect_stdout(io.StringIO()) as printed:
+            if commands:
+                assert exit_codes.run(verbs, shlex.split(commands[0])) == exit_codes.BAD_INPUT
+                messages = [line for line in errors.getvalue().splitlines() if line]
+            else:
+                with grid.allowing("own-folder"), pytest.raises(InputError) as refusal:
+                    grid.load(source, simulation.catalogue())
+                messages = list(refusal.value.problems)
+        assert not printed.getvalue()
+        assert (files, settings) == (sorted(os.listdir()), settings_of_python())
+        return [DIGEST.sub("", message.replace(f"{os.getcwd()}/", "")) for message in messages]
+
+
+def settings_of_python():
+    """Return what a law file might change of this process."""
+    return len, os._exit, os.getcwd(), list(sys.path), signal.getsignal(signal.SIGALRM)
 
 
 def read_page():
-    """Return the wrong grids of the page."""
+    """Return what is wrong on the page."""
     wrong, text = [], ""
     for paragraph in PAGE.read_text(encoding="utf-8").strip().split("\n\n"):
         lines = paragraph.splitlines()
@@ -90,6 +117,7 @@ def read_page():
 @pytest.mark.parametrize("wrong", read_page(), ids=lambda wrong: wrong.messages[0][:70])
 def test_a_wrong_grid_gets_the_messages_of_the_page(wrong, tmp_path, monkeypatch, recwarn):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(law_execution, "RECORDS", {})
     assert wrong.answer() == wrong.messages
     assert not [warning for warning in recwarn if issubclass(warning.category, RuntimeWarning)]
 
