@@ -120,7 +120,7 @@ def test_every_verb_refuses_a_directory_of_another_format_and_leaves_it_as_it_wa
     code, _, err = run_cli(*verb.split(), *rest.get(verb, ("old",)))
     assert code == 2
     assert "another directory" in err  # what to do
-    assert re.search(f"(schema: there|has format) '?{schema}", err)
+    assert re.search(f"(schema: there|has format) ['\"]?{schema}", err)
     assert {p: p.read_bytes() for p in before} == before
 
 
