@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clearsweep.report.draw.maps import SECTORS, LoadedElements, draw_bearing, draw_load_distribution
 from right_grids import grid_of
 from ruamel.yaml import YAML
 from test_rolling import BALL
@@ -22,6 +21,7 @@ from clearsweep.grid.library import BEARINGS, bearing_names
 from clearsweep.grid.library.fits import BearingSizes, Fit, find_group, mounted
 from clearsweep.mechanics.laws.bearings import equivalent_loads, load_powers, rating_life
 from clearsweep.report.blocks.section import Picture, draw_svg
+from clearsweep.report.one_case.joints import LOAD_SECTORS, LoadedElements, draw_bearing, draw_load_distribution
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts
 
@@ -265,11 +265,11 @@ DRAWN = Rolling("ball", 9, 9.525e-3, 46e-3, (0.52, 0.53), capacity=Capacity(19.5
 
 def test_loads_are_collected_by_the_angle_of_the_element():
     turn = 2.0 * np.pi
-    cage = np.linspace(0.0, 3.0 * turn, 3 * SECTORS * 4, endpoint=False) + turn / (8 * SECTORS)
+    cage = np.linspace(0.0, 3.0 * turn, 3 * LOAD_SECTORS * 4, endpoint=False) + turn / (8 * LOAD_SECTORS)
     angles = cage[:, None] + turn * np.arange(9) / 9
     elements = LoadedElements(angles, np.maximum(np.cos(angles), 0.0))
     largest, mean = elements.by_sector()
-    edges = np.linspace(0.0, turn, SECTORS + 1)
+    edges = np.linspace(0.0, turn, LOAD_SECTORS + 1)
     in_reach = np.maximum(np.cos(edges[:-1]), 0.0), np.maximum(np.cos(edges[1:]), 0.0)
     assert np.all(largest <= np.maximum(*in_reach) + 1e-12)
     assert np.all(mean >= np.minimum(*in_reach) - 1e-12)
