@@ -164,8 +164,8 @@ def mixed(y, direction):
 @pytest.mark.compiled
 def test_compiled_and_uncompiled_arithmetic_is_the_same():
     for y in (np.array([0.7, -0.3, 1.9]), np.array([0.2, 0.3, 1.9]), np.array([0.3, -0.4, 0.6])):
-        for along in range(3):
-            assert mixed(y, along) == pytest.approx(mixed.__wrapped__(y, along), rel=1e-15)
+        for axis in range(3):
+            assert mixed(y, axis) == pytest.approx(mixed.__wrapped__(y, axis), rel=1e-15)
 
 
 @kernel

@@ -46,7 +46,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
 
 
 def planted() -> Iterator[tuple[str, str]]:
-    """Yield modules and what they may not import: the next layer above, a layer beside, what another room keeps."""
+    """Yield modules and what they may not import: the next layer above, one on its floor, what another room keeps."""
     house = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
     for contract in house["contracts"]:
         for hidden in contract.get("protected_modules", ()):
@@ -54,8 +54,8 @@ def planted() -> Iterator[tuple[str, str]]:
         for container in contract.get("containers", ()):
             layers = [re.split(" ([|:]) ", layer) for layer in contract["layers"]]
             for above, layer in zip([[], *layers], layers, strict=False):
-                beside = [other for mark, other in zip(layer[1::2], layer[2::2], strict=True) if mark == "|"]
-                yield from ((f"{container}.{layer[0]}", f"{container}.{other}") for other in [*above[:1], *beside])
+                siblings = [other for mark, other in zip(layer[1::2], layer[2::2], strict=True) if mark == "|"]
+                yield from ((f"{container}.{layer[0]}", f"{container}.{other}") for other in [*above[:1], *siblings])
 
 
 def test_planted_imports_the_wrong_way_are_found(copy):

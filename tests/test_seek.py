@@ -377,7 +377,7 @@ def refining_grid(cases=60, **changes):
     return {key: value for key, value in (source | changes).items() if value is not None}
 
 
-def refined(source, out, simulator=Arc, **options):
+def run_refined(source, out, simulator=Arc, **options):
     return sweep(source, out, simulator=simulator, executor="serial", show_progress=False, **options)
 
 
@@ -389,7 +389,7 @@ def off_border(summary):
 
 
 def test_cases_are_added_along_the_border_and_nowhere_else(tmp_path):
-    result = refined(refining_grid(), tmp_path / "run")
+    result = run_refined(refining_grid(), tmp_path / "run")
     summary = clearsweep.open(tmp_path / "run").summary
     added_distances, grid_distances = off_border(summary)
     assert (len(grid_distances), result.cases) == (20, len(summary))
@@ -404,22 +404,22 @@ def test_cases_are_added_along_the_border_and_nowhere_else(tmp_path):
 
 
 def test_what_is_known_of_the_border_does_not_depend_on_interruptions(tmp_path):
-    refined(refining_grid(), tmp_path / "whole")
-    refined(refining_grid(cases=24), tmp_path / "run")
-    more = refined(refining_grid(), tmp_path / "run")
+    run_refined(refining_grid(), tmp_path / "whole")
+    run_refined(refining_grid(cases=24), tmp_path / "run")
+    more = run_refined(refining_grid(), tmp_path / "run")
     assert 60 - 24 <= more.ran < 60
     assert same_results(tmp_path / "run", tmp_path / "whole")
     lost = sorted((tmp_path / "run" / "parts").iterdir())[:2]
     for path in lost:
         path.unlink()
-    assert 0 < refined(refining_grid(), tmp_path / "run").ran < 40
+    assert 0 < run_refined(refining_grid(), tmp_path / "run").ran < 40
     assert same_results(tmp_path / "run", tmp_path / "whole")
-    assert refined(refining_grid(), tmp_path / "run").ran == 0
+    assert run_refined(refining_grid(), tmp_path / "run").ran == 0
 
 
 def test_a_border_across_one_axis_is_enclosed_to_a_thousandth_of_a_step(tmp_path):
     source = refining_grid(cases=500, sweep={SLIDER: [0.1, 0.2, 0.4, 0.8], SPEED: [1e-3]})
-    result = refined(source, tmp_path / "run")
+    result = run_refined(source, tmp_path / "run")
     summary = clearsweep.open(tmp_path / "run").summary
     good = summary[summary["limits_exceeded"] == ""][SLIDER].max()
     bad = summary[summary["limits_exceeded"] != ""][SLIDER].min()
@@ -430,20 +430,20 @@ def test_a_border_across_one_axis_is_enclosed_to_a_thousandth_of_a_step(tmp_path
 
 
 def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
-    refined(refining_grid(cases=1, sweep={SLIDER: [0.1, 0.5, 0.9], SPEED: [1e-3]}), tmp_path / "run")
+    run_refined(refining_grid(cases=1, sweep={SLIDER: [0.1, 0.5, 0.9], SPEED: [1e-3]}), tmp_path / "run")
     assert sorted(clearsweep.open(tmp_path / "run").summary[SLIDER]) == [0.1, 0.5, 0.7, 0.9]
 
 
 @pytest.mark.parametrize("limit", [10.0, 0.01])
 def test_where_all_cases_agree_none_is_added(tmp_path, limit):
-    result = refined(refining_grid(limits={"rod_slider_force_peak": limit}), tmp_path / "run")
+    result = run_refined(refining_grid(limits={"rod_slider_force_peak": limit}), tmp_path / "run")
     assert (result.cases, result.search_result.added) == (20, 0)
     assert of_run(result)["answer"]["cases"]["added"] == 0
 
 
 def test_each_law_has_its_own_border(tmp_path):
     path = "joints.rod-slider.bearing_radius"
-    refined(refining_grid(zip={path: [0.01, 0.02], "joints.rod-slider.length": [0.02, 0.03]}), tmp_path / "run")
+    run_refined(refining_grid(zip={path: [0.01, 0.02], "joints.rod-slider.length": [0.02, 0.03]}), tmp_path / "run")
     summary = clearsweep.open(tmp_path / "run").summary
     assert sorted(summary[path].unique()) == [0.01, 0.02]  # what goes in step stays as it is
     added_distances = summary[~(summary[SLIDER].isin(MASSES) & summary[SPEED].isin(SPEEDS))]
@@ -451,18 +451,18 @@ def test_each_law_has_its_own_border(tmp_path):
 
 
 def test_a_refined_run_is_written_to_run_json_so_that_it_loads_again(tmp_path):
-    refined(refining_grid(), tmp_path / "run")
+    run_refined(refining_grid(), tmp_path / "run")
     run = clearsweep.open(tmp_path / "run")
     record = {key: run.grid[key] for key in run.grid["keys"]}
     again = grids.load(record, Fake.catalogue())
     assert sorted(map(again.case_id, range(len(again)))) == run.summary["case_id"].tolist()
     assert sorted(f"{number:016x}" for number in again.identities()) == run.summary["case_id"].tolist()
-    assert refined(record, tmp_path / "run").ran == 0
+    assert run_refined(record, tmp_path / "run").ran == 0
 
 
 def test_shards_of_what_is_refined_are_refused_with_a_way_out(tmp_path):
     with pytest.raises(InputError, match="run the shards without `refine` and merge them"):
-        refined(refining_grid(), tmp_path / "run", shard="1/2")
+        run_refined(refining_grid(), tmp_path / "run", shard="1/2")
 
 
 def test_a_case_that_fails_is_beyond_the_border(tmp_path):
@@ -474,7 +474,7 @@ def test_a_case_that_fails_is_beyond_the_border(tmp_path):
                 return type(result)("step-budget", "made to fail", {})
             return result
 
-    refined(refining_grid(limits={"rod_slider_force_peak": 10.0}), tmp_path / "run", simulator=Failing)
+    run_refined(refining_grid(limits={"rod_slider_force_peak": 10.0}), tmp_path / "run", simulator=Failing)
     added_distances, _ = off_border(clearsweep.open(tmp_path / "run").summary)
     assert len(added_distances) >= 55
     assert added_distances.max() < 1.0

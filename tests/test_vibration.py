@@ -458,7 +458,7 @@ def test_the_frame_of_a_swinging_crank_is_shaken_as_in_closed_form():
         "simulate": {"cycles": 5, "period": 2.0 * math.pi / rate, "discard": 2},
     }
     given |= {"mechanism.bodies.crank.mass": mass, "mechanism.bodies.crank.center": [arm, 0.0]}
-    tree = changed(grid_of("a crank beside a flap"), given)
+    tree = changed(grid_of("a crank and a flap"), given)
     shaking = ideal_shaking(clearsweep.load_case(tree).case, None)
     phases = np.linspace(0.0, 2.0 * math.pi, 7201)[:-1]
     angle, speed = swing * np.sin(phases), swing * rate * np.cos(phases)

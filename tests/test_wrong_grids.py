@@ -3,7 +3,7 @@
 A section of the page begins with `==`, the name and the text of a right grid.  Each paragraph below it changes this
 text (lines `-` become the lines `+`; `&` is between two places), or values of its dict (`path: value`; `~ path` removes
 one), may write lines of a file (`| cases.csv: line`), and ends with a line `>` per message.  What is changed as a dict
-has no lines, so its messages have no place.  A line `$` is a command that is run beside the grid and refuses it;
+has no lines, so its messages have no place.  A line `$` is a command that is run where the grid is and refuses it;
 without one the grid is read.  `python tests/test_wrong_grids.py` writes the messages anew: read what they have become.
 """
 
