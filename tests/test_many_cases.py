@@ -164,6 +164,8 @@ SCRATCH = {
     "profiles",
     "bins",
     "part_times",
+    "fine_sums",
+    "fine_bins",
     "log",
     "control",
 }
