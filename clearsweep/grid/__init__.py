@@ -111,27 +111,32 @@ def load(
         law_files,
         (*reader.warnings, *pair_warnings(reader.library_numbers.values())),
     )
-    max_cases = MAX_IDENTITIES if search or grid.may_repeat else MAX_CASES
-    if grid.size > max_cases:
-        raise InputError(
-            f"{file or 'the grid'}: has {grid.size:,} cases; at most {max_cases:,} can be run: take fewer values on "
-            "the axes, or draw cases with `sample`"
-        )
-    for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
-        if reader.mechanism.refusal and (refusal := reader.mechanism.refusal(reader.mechanism, grid.case(index))):
-            reader.report(f"mechanism.{refusal[0]}".rstrip("."), refusal[1])
-    problems.check()
-    if all(map(has_run, law_files)):
-        # the first and the last case; others say it when they run
-        start_problems = [catalogue.start_problem(grid.case(index)) for index in sorted({0, grid.size - 1})]
-        if start_problems[0] and all(start_problems):
-            reader.report(*start_problems[0])
-    problems.check()
+    _check_cases(grid, reader, catalogue)
     layout = Layout.of(grid.case_at(_point_of_layout(grid)), catalogue)
     check_channels(reader, layout)
     search = search.check(reader, root, layout) if search else None
     problems.check()
     return replace(grid, _layout=layout, search=search)
+
+
+def _check_cases(grid: Grid, reader: Reader, catalogue: Catalogue) -> None:
+    """Check the number of cases, and that the first and the last one are machines that start; others say it later."""
+    max_cases = MAX_IDENTITIES if grid.search or grid.may_repeat else MAX_CASES
+    if grid.size > max_cases:
+        raise InputError(
+            f"{grid.source or 'the grid'}: has {grid.size:,} cases; at most {max_cases:,} can be run: take fewer "
+            "values on the axes, or draw cases with `sample`"
+        )
+    ends = sorted({0, grid.size - 1})
+    for index in ends:
+        if reader.mechanism.refusal and (refusal := reader.mechanism.refusal(reader.mechanism, grid.case(index))):
+            reader.report(f"mechanism.{refusal[0]}".rstrip("."), refusal[1])
+    reader.problems.check()
+    if all(map(has_run, grid.law_files)):
+        start_problems = [catalogue.start_problem(grid.case(index)) for index in ends]
+        if start_problems[0] and all(start_problems):
+            reader.report(*start_problems[0])
+    reader.problems.check()
 
 
 def _name_of_run(root: WrittenValue, file: str | None, problems: Problems) -> str:

@@ -65,7 +65,10 @@ def run_bound(function: Any, names: dict[str, Any]) -> Any:
         _add_place(error, activation)
         raise
     except Exception as error:
-        failure = NotTraceableError(f"fails with {type(error).__name__}: {error}")
+        endless = isinstance(error, RecursionError)
+        failure = NotTraceableError(
+            "calls itself without end" if endless else f"fails with {type(error).__name__}: {error}"
+        )
         _add_place(failure, activation)
         raise failure from error
     finally:
