@@ -308,7 +308,7 @@ def test_the_loop_depends_on_the_contract_of_laws_and_on_none_of_them():
     names = {Path(path).relative_to(cache.PACKAGE).as_posix() for path in cache.dependencies([solver])}
     assert {LOOP, "mechanics/solver/step.py", "mechanics/observe.py", "tracing/objects.py"} <= names
     others = {name for name in names if not name.startswith(("mechanics/solver/", "tracing/"))}
-    assert others == {"mechanics/laws/contract.py", "mechanics/observe.py"}
+    assert others == {"mechanics/__init__.py", "mechanics/laws/contract.py", "mechanics/observe.py"}
 
 
 def test_a_file_outside_the_package_may_depend_on_all_of_it(tmp_path):

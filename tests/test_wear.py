@@ -11,7 +11,7 @@ from clearsweep import grid, simulation
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.dry import Joint
 from clearsweep.mechanics.observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
-from clearsweep.mechanics.solver import loop
+from clearsweep.mechanics.solver import integration, loop
 from clearsweep.mechanics.wear import (
     ACCOUNT_SIZE,
     MAX_BINS,
@@ -235,7 +235,7 @@ def test_a_sum_that_is_not_finite_fails_the_case(monkeypatch, wrong):
         else:
             totals.wear[3] = math.nan
         if not loop.has_finite_sums(totals):  # as the loop ends
-            pinned.value.stepper.status = loop.SUMS_NOT_FINITE
+            pinned.value.stepper.status = integration.SUMS_NOT_FINITE
 
     scene, _ = run()
     monkeypatch.setattr(loop, "integrate", with_one_wrong_sum)

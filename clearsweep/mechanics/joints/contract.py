@@ -23,7 +23,7 @@ never searched for an onset, integrates no root and does not contribute to the t
 contact the mode apart is ACTS | MEETS and the mode pressed that of the dry joint.  A spatial joint returns several
 modes and as many Contacts in its Load, each of which begins and ends independently; `parts` has its laws once for each
 contact.
-`test_joint_contract` has short examples of both.
+tests/test_joint_contract.py has short examples of both.
 """
 
 import functools
