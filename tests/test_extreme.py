@@ -12,8 +12,8 @@ from test_sweep import same_results
 import clearsweep
 from clearsweep.answers.questions import expected_peak_sentence, largest_expected_peak
 from clearsweep.language.errors import InputError
+from clearsweep.simulation.analyses import outcome
 from clearsweep.simulation.figures.window import UNKNOWN_QUANTILE, Tail, expected_largest
-from clearsweep.simulation.setup import start
 from clearsweep.store import blocks
 from clearsweep.sweeping import summary
 
@@ -99,8 +99,8 @@ GRID = grid_of("a long run of one joint")
 
 @pytest.mark.slow
 def test_a_long_chaotic_run_reaches_what_its_beginning_predicts(monkeypatch):
-    recorded, spread = [], start._spread
-    monkeypatch.setattr(start, "_spread", lambda peaks, *rest: recorded.append(peaks) or spread(peaks, *rest))
+    recorded, spread = [], outcome.spread_of
+    monkeypatch.setattr(outcome, "spread_of", lambda peaks, *rest: recorded.append(peaks) or spread(peaks, *rest))
     path = clearsweep.simulate(clearsweep.load_case(GRID))
     assert path.status == "ok"
     assert path.summary["period"] is None
