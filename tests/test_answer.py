@@ -14,7 +14,7 @@ from right_grids import text_of
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import report, simulation
-from clearsweep.answers.ranking import column_texts
+from clearsweep.answers.ranking import column_texts, ranking_of
 from clearsweep.answers.sentences import sentences
 from clearsweep.answers.verdict import Limit, column_label, limit_label
 from clearsweep.answers.words import Words, digits_of, varied_text
@@ -149,6 +149,34 @@ def test_a_value_without_effect_is_said_to_change_a_figure_by_one_per_cent_at_mo
     table = table_of({CLEARANCE: 0, SPEED: 1, FORCE: 2}, rows)
     said = worded(answer_of(record, table), record, table)
     assert said[-1] == "Crank speed and clearance change force peak by at most 1 %."
+
+
+def test_a_figure_that_is_zero_in_every_case_is_said_to_be_zero():
+    record = record_of({IMPACTS: 1.0})
+    rows = [(gap, speed, 0.0) for gap in (2e-5, 2e-4) for speed in (500, 2000)]
+    table = table_of({CLEARANCE: 0, SPEED: 1, IMPACTS: 2}, rows)
+    said = worded(answer_of(record, table), record, table)
+    assert said[-1] == "Impacts per revolution is 0 in every finished case."
+
+
+def test_the_largest_force_is_not_sought_among_torques():
+    record = record_of()
+    columns = record["layout"]["columns"]
+    columns += [columns[0] | {"name": "claw_force_peak", "joint": "claw", "unit": "N*m"}]
+    record["layout"]["joints"] += [{"name": "claw", "wear_bins": 0, "flanked": "coupling"}]
+    ends = {FORCE: 30.0, "claw_force_peak": 500.0}
+    place = {"case": "0" * 16, "values": {}}
+    extremes = [
+        {"figure": name, "smallest": place | {"value": value}, "largest": place | {"value": value}}
+        for name, value in ends.items()
+    ]
+    layout = Layout.read(record["layout"])
+    known_words = Words(record, layout, lambda name: np.array([ends[name]]))
+    answer = {"question": "force", "complete": True, "extremes": extremes, "effects": [], "designs": []}
+    said = [line.replace("\u00a0", " ") for line in sentences(answer | {"convergence": []}, known_words)]
+    assert said == ["Largest force peak (pin): 30.0 N.", "Largest force peak (claw): 500 N m."]
+    assert ranking_of(layout, ()).candidates[0].joint == "pin"
+    assert len(ranking_of(layout, ()).candidates) == 1
 
 
 def test_a_design_of_a_table_is_called_by_its_name():

@@ -249,7 +249,7 @@ def prose_and_code(path: Path) -> tuple[list[str], str]:
 def test_docstrings_and_comments_name_only_what_exists():
     known = {"contact_pressure_MPa", "INFORMS", "MCJIT", "LEVEL"}  # a column of a file, a journal, names of LLVM
     for path in [*sources(), *(ROOT / "tests").glob("*.py")]:
-        known.update(re.findall(r"\w+", prose_and_code(path)[1]))
+        known.update([path.stem, *re.findall(r"\w+", prose_and_code(path)[1])])
     texts = {str(path.relative_to(ROOT)): prose_and_code(path)[0] for path in sources()}
     assert stale_names(texts, known) == []
 

@@ -63,25 +63,30 @@ def force_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("No case finished, so nothing is known of forces and errors.")
     if not entries:
         return
-    entry = max(entries, key=lambda candidate: candidate["largest"]["value"])
-    if not entry["largest"]["value"]:
+    never = [other for other in entries if not other["largest"]["value"]]
+    if len(never) == len(entries):
         yield Sentence("The surfaces never touch: every force peak is 0.")
         return
-    (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
-    ratio = entry["largest"].get("ratio")
-    values = {
-        "figure": words.figure(entry["figure"]),
-        "value": text,
-        "ratio": f", {factor_text(ratio)} times the ideal" if ratio else "",
-        "where": place_text(answer, words, entry["largest"]),
-    }
-    yield Sentence("Largest {figure}: {value}{ratio}{where}.", values)
-    never = [other for other in entries if not other["largest"]["value"]]
+    left = [other for other in entries if other not in never]
+    lead: Mapping[str, Any] = {}
+    while left:  # torques, which do not compare with forces, have a sentence of their own
+        alike = words.layout.comparable(other["figure"] for other in left)
+        entry = max((other for other in left if other["figure"] in alike), key=lambda other: other["largest"]["value"])
+        left, lead = [other for other in left if other["figure"] not in alike], lead or entry
+        (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
+        ratio = entry["largest"].get("ratio")
+        values = {
+            "figure": words.figure(entry["figure"]),
+            "value": text,
+            "ratio": f", {factor_text(ratio)} times the ideal" if ratio else "",
+            "where": place_text(answer, words, entry["largest"]),
+        }
+        yield Sentence("Largest {figure}: {value}{ratio}{where}.", values)
     if never:
         names = wording.sentence_list([words.figure(other["figure"]) for other in never])
         yield Sentence("The surfaces never touch: {names} 0.", {"names": names})
-    elif not entry["smallest"]["value"]:
-        where = place_text(answer, words, entry["smallest"])
+    elif not lead["smallest"]["value"]:
+        where = place_text(answer, words, lead["smallest"])
         yield Sentence("The surfaces do not touch in every case, such as{where}.", {"where": where})
 
 
@@ -266,7 +271,7 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
             yield Sentence("It is not known to be safe at {border}.", {"border": border})
     else:
         yield Sentence("{lead}:", {"lead": lead})
-        shown = 3
+        shown = 4 if len(items) == 4 else 3  # one more sentence or one more answer: at least two are left out
         for item in items[:shown]:
             yield Sentence("{item}.", {"item": item})
         if len(items) > shown:
@@ -321,7 +326,8 @@ def optimise_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     tried = wording.count_text(answer["tried"], "case")
     lead = f"The best of {tried}" if count == 1 else f"The front has {count} of {tried}, such as"
     lead = lead if is_met else "No case meets the limits; nearest"
-    for index, row in enumerate(rows[: MAX_LINES - 2]):
+    shown = MAX_LINES - 1 if count == MAX_LINES - 1 else MAX_LINES - 2
+    for index, row in enumerate(rows[:shown]):
         limiting = (row.get("limiting") or "").split(",")
         limits = [limit for limit in words.limits if limit.column in limiting]
         values = {
@@ -337,8 +343,8 @@ def optimise_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
             "margin": "" if margins[index] is None else f", {margin_text(margins[index], limits)}",
         }
         yield Sentence("{lead}{setting}: {figures}{margin}.", values)
-    if count > MAX_LINES - 2:
-        yield Sentence("{more} more are in optimise.parquet.", {"more": count - MAX_LINES + 2})
+    if count > shown:
+        yield Sentence("{more} more are in optimise.parquet.", {"more": count - shown})
 
 
 def identify_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:

@@ -143,7 +143,8 @@ def _content_ranking(layout: Layout, questions: list[str]) -> CaseRanking:
     for question, table_title, is_smallest_worst, headings_of_figures in _CONTENT_FIGURES:
         if question not in questions:
             continue
-        joints_with_figures = [name for name in joints if f"{name}_{next(iter(headings_of_figures))}" in column_names]
+        columns = layout.comparable(f"{name}_{next(iter(headings_of_figures))}" for name in joints)
+        joints_with_figures = [name for name in joints if f"{name}_{next(iter(headings_of_figures))}" in columns]
         common_figures = {
             figure: heading
             for figure, heading in headings_of_figures.items()

@@ -281,7 +281,9 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
         }
         mixed = f"{words.figure(figure)} has no steady trend with {_short_list(others[MIXED])}" if others[MIXED] else ""
         clauses = [mixed] if mixed else []
-        if others[NONE]:
+        if others[NONE] and words.is_zero(figure):
+            clauses += [f"{words.figure(figure)} is 0 in every finished case"]
+        elif others[NONE]:
             verb, it = "changes" if len(others[NONE]) == 1 else "change", "it" if clauses else words.figure(figure)
             clauses += [f"{_short_list(others[NONE])} {verb} {it} by at most {share_text(MIN_DIFFERENCE)}"]
         if clauses and (not texts or figure == deciding_figures(answer)[0]):

@@ -91,6 +91,10 @@ class Words:
         known = self._values_of(column).astype(float)
         return column_texts(column, self.units.get(column, "1"), known, numbers)
 
+    def is_zero(self, column: str) -> bool:
+        """Return whether no finished case has another value than 0 in a column."""
+        return not np.nan_to_num(self._values_of(column).astype(float)).any()
+
     def limit(self, limit: Limit) -> str:
         """Return a limit in words: 'force peak at most 60 kN'."""
         return limit_label(self.layout, limit, self.units.get(limit.column, "1"))

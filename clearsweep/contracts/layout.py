@@ -1,6 +1,6 @@
 """Columns and time histories of the cases of a grid, with names, units and descriptions."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
@@ -174,6 +174,12 @@ class Layout(NamedTuple):
     def of(cls, case: Case, catalogue: Catalogue) -> "Layout":
         """Return the layout of a case, which all cases of its grid share."""
         return cls.with_features(features_of(case), catalogue)
+
+    def comparable(self, names: Iterable[str]) -> list[str]:
+        """Return those of these columns that share a unit: forces before torques, lengths before angles."""
+        units = {column.name: column.unit for column in self.columns}
+        known = [name for name in names if name in units]
+        return [name for name in known if units[name] == min(units[each] for each in known)]
 
     @classmethod
     def with_features(cls, features: "CaseFeatures", catalogue: Catalogue) -> "Layout":

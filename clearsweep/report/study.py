@@ -180,13 +180,11 @@ class Study(NamedTuple):
         if not self.joints:
             return Joint(output, output, JointLayout(output))
 
-        def severity(joint: Joint) -> float:
-            column = joint.column(lead.figure)
-            if not self.has(column):
-                return -np.inf
-            return -self.cases.smallest(column) if lead.smallest else self.cases.largest(column)
-
-        return max(self.joints, key=severity)
+        columns = [joint.column(lead.figure) for joint in self.joints]
+        sign, worst = (-1.0, self.cases.smallest) if lead.smallest else (1.0, self.cases.largest)
+        alike = self.run.layout.comparable(column for column in columns if self.has(column))
+        severities = [sign * worst(column) if column in alike else -np.inf for column in columns]
+        return self.joints[int(np.argmax(severities))]
 
     @property
     def leading_joints(self) -> tuple[Joint, ...]:

@@ -402,7 +402,7 @@ def _cases_with_largest(
 ) -> list[Worst]:
     """Return the cases with the largest value of any of some columns, one for each joint."""
     joints, paths = result_schema.layout.joints, [axis.path for axis in result_schema.axes]
-    peaks = [f"{joint.name}_force_peak" for joint in joints]
+    peaks, alike = [f"{joint.name}_force_peak" for joint in joints], result_schema.layout.comparable(names)
     full_schema = summary_schema(result_schema)
     optional = [name for name in _LENGTH_COLUMNS if name in full_schema.names]
     names_to_read = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *optional])
@@ -412,6 +412,7 @@ def _cases_with_largest(
         columns = {name: values_of(group[name].combine_chunks()) for name in names_to_read}
         figures = np.array([columns[name] for name in names])
         figures[:, columns["status"] != "ok"] = np.nan
+        figures[[name not in alike for name in names]] = np.nan
         largest = np.where(np.isnan(figures).all(axis=0), -np.inf, np.fmax.reduce(figures, axis=0))
         for row in np.lexsort((columns["case_id"], -largest))[: result_schema.worst].tolist():
             if np.isfinite(largest[row]):

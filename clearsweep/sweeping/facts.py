@@ -250,7 +250,9 @@ class RunFacts:
         self.own = OwnRows(record, self.ranking)
         self.swept = [*record.get("case_labels", []), *record["units"]]
         self.swept = [path for path in self.swept if path not in self.own.columns]
-        self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
+        peaks = layout.comparable(f"{joint}_force_peak" for joint in joints)
+        pressed = [name.removesuffix("_force_peak") for name in peaks]
+        self.worst = WorstCases(self.ranking, pressed, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
         self._joints, names = joints, {column.name for column in layout.columns}
         columns = ["status", *record.get("case_labels", []), *record["units"], *self.worst.columns]

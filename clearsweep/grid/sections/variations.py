@@ -59,6 +59,7 @@ def _record_section(
         reasons = {"sweep": "nothing is swept", "sample": "nothing is drawn"}
         remedy = f"write `dotted.path: {example}`, or leave the key '{section_name}' out"
         reason = reasons.get(section_name, "no values vary together")
+        reason = "is a list; each path takes its own" if isinstance(written.value, list) else reason
         raise MistakeError(written, key_path, f"{reason}; {remedy}")
     varied = {path: values for path, values in written.value.items() if path not in fixed_paths}
     reader.written_columns[section_name] = len(varied)

@@ -112,7 +112,8 @@ def _extreme_cards(study: Study, answer: Mapping[str, Any], figure: tuple[str, s
     if not entries:
         return []
     sign = -1.0 if end == "smallest" else 1.0
-    worst = max(entries, key=lambda entry: sign * entry[end]["value"])
+    alike = study.run.layout.comparable(entry["figure"] for entry in entries)
+    worst = max((entry for entry in entries if entry["figure"] in alike), key=lambda entry: sign * entry[end]["value"])
     value = worst[end]["value"]
     hours = f"{wording.number_text(value)}{wording.BLANK}h"
     text = hours if name == "life_hours" else words.figures(worst["figure"], [value])[0]
