@@ -319,6 +319,8 @@ def power(p, penetration):
     [
         (lambda d, v, v0, p: power(p, d) * math.log(d), {}, "fails with ValueError"),
         (lambda d, v, v0, p: power(p, d) / d, {}, "fails with ZeroDivisionError"),
+        (lambda d, v, v0, p: 0.0 * p.stiffness, {}, "gives 0 N at rest"),
+        (lambda d, v, v0, p: -power(p, d), {}, "it must push the surfaces apart"),
         (lambda d, v, v0, p: power(p, d) * (1.0 - 0.1 * v / v0), {"may_gain": True}, ""),
         (lambda d, v, v0, p: power(p, d) + (9.0 if d > 1e-5 else 0.0), {"kinks": [1e-5]}, ""),
     ],
@@ -334,6 +336,14 @@ def test_a_law_that_no_run_could_use_is_refused_before_it(law, options, message)
     assert "joints.pair.contact.law" in str(caught.value)
     assert "test_own_laws.py" in str(caught.value)
     assert message in str(caught.value)
+
+
+def test_a_law_that_never_carries_the_load_of_a_seated_start_is_refused():
+    catalogue = catalogue_of(lambda: laws.contact("mine")(lambda d, v, v0, p: 5.0 * d / (d + 1e-5)))
+    source = with_joint(CRANK, contact={"law": "mine"})
+    source["simulate"] = source["simulate"] | {"start": "seated"}
+    with pytest.raises(InputError, match=r"joints: a contact law never carries \d"):
+        grid.load(source, catalogue)
 
 
 @pytest.mark.parametrize(

@@ -85,12 +85,19 @@ def register_elastic_force(law_type, *, is_odd: bool):
     return decorate
 
 
+DEEPEST = 1e9  # m, beyond any penetration: a law that does not carry a load there never does
+
+
 @functools.lru_cache(maxsize=1024)  # many cases of a sweep share their surfaces and their load
 def static_penetration(elastic, load: float) -> float:
-    """Return the penetration (m) at which an elastic law carries `load` (N)."""
+    """Return the penetration (m) at which an elastic law carries `load` (N); InputError if it never does."""
     low, high = 0.0, 1e-12
     while elastic_force(elastic, high) < load:
         high *= 2.0
+        if high > DEEPEST:
+            raise InputError(
+                f"joints: a contact law never carries {load:.4g} N at rest; its force must grow with depth"
+            )
     for _ in range(200):  # bisection works for any increasing law, within one unit in the last place
         midpoint = 0.5 * (low + high)
         if midpoint in (low, high):

@@ -210,13 +210,16 @@ def _depths(clearance: float) -> list[float]:
 
 
 def _check_at_zero(force: Callable, joint: Joint, law: recorded.Law) -> tuple[str, ...]:
-    """Return remarks on a force (N) over the penetration (m); raise InputError if it is not 0 at 0, or jumps."""
+    """Return remarks on a force (N) over the penetration (m); raise InputError if it is not 0 at 0, or pulls."""
     clearance, values = joint.clearance, joint.contact.values
-    at_zero, largest = force(0.0), max(abs(force(depth)) for depth in _depths(clearance))
-    if abs(at_zero) > 1e-9 * largest:
+    at_zero, *_, at_deepest = forces = [force(depth) for depth in (0.0, *_depths(clearance))]
+    if abs(at_zero) > 1e-9 * max(map(abs, forces[1:])):
         raise InputError(
             f"{law.place}: gives {at_zero:.4g} N at rest at penetration 0; surfaces that just touch have none"
         )
+    if at_deepest <= 0.0:
+        where = f"at rest at penetration {clearance:.4g} m"
+        raise InputError(f"{law.place}: gives {at_deepest:.4g} N {where}; it must push the surfaces apart")
     kinks = declared_kinks(law, "penetration", values)
     return tuple(undeclared_kinks(force, Range("penetration", "m", 1e-6 * clearance, clearance), kinks, law.place))
 
