@@ -338,6 +338,14 @@ def test_a_law_that_no_run_could_use_is_refused_before_it(law, options, message)
     assert message in str(caught.value)
 
 
+def test_a_film_without_limit_at_the_centre_is_refused():
+    catalogue = catalogue_of(
+        lambda: laws.film("mine")(lambda x, y, vx, vy, speed, p: (-p.viscosity * vx / abs(x), -p.viscosity * vy))
+    )
+    with pytest.raises(InputError, match=r"fails with ZeroDivisionError.* at ratio 0"):
+        grid.load(with_joint(CRANK, film={"law": "mine", "viscosity": "0.05 Pa*s"}), catalogue)
+
+
 def test_a_law_that_never_carries_the_load_of_a_seated_start_is_refused():
     catalogue = catalogue_of(lambda: laws.contact("mine")(lambda d, v, v0, p: 5.0 * d / (d + 1e-5)))
     source = with_joint(CRANK, contact={"law": "mine"})

@@ -506,4 +506,4 @@ def swing_remark(exponent: float | None, onsets: float) -> str:
 
 
 def _percent_text(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+    return f"{100.0 * share:{'.0f' if share > 0.1 else '.2g'}} %"

@@ -267,11 +267,6 @@ def _repeat_ours(problem, tolerance: float, method: str):
     return lambda: simulate(scene).summary["run_time"]
 
 
-def _solve_runge_kutta(problem, step: float) -> Solution:
-    """Return the solution of Runge-Kutta 4 with a `step` (s)."""
-    return _repeat_runge_kutta(problem, step)()
-
-
 def _repeat_runge_kutta(problem, step: float):
     """Return a function that runs Runge-Kutta 4."""
     scene = scene_of(problem, HEADLINE_TOLERANCE)
@@ -304,7 +299,7 @@ def all_methods(*, quick: bool) -> list[Method]:
         adaptive_method("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
         adaptive_method("scipy LSODA", coarse_tolerances, _solve_scipy, _repeat_scipy, "LSODA"),
         adaptive_method("scipy Radau", coarse_tolerances, _solve_scipy, _repeat_scipy, "Radau"),
-        Method("fixed-step RK4", "step", steps, _solve_runge_kutta, _repeat_runge_kutta),
+        Method("fixed-step RK4", "step", steps, lambda *of: _repeat_runge_kutta(*of)(), _repeat_runge_kutta),
     ]
 
 

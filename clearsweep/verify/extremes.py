@@ -60,11 +60,6 @@ def contact_section(stiffness: float = 6.61e10, restitution: float = 0.9) -> Sec
     return {"law": "exact", "stiffness": stiffness, "restitution": restitution}
 
 
-def voigt_section(damping: float, stiffness: float = 1e8) -> Section:
-    """Return a contact section of a linear spring (N/m) and damper (N s/m)."""
-    return {"law": "kelvin-voigt", "stiffness": stiffness, "damping": damping}
-
-
 def tanh_section(coefficient: float, scale: float = 1e-3) -> Section:
     """Return a friction section."""
     return {"law": "tanh", "coefficient": coefficient, "velocity_scale": scale}
@@ -174,7 +169,8 @@ def case_of(group: str, text: str, levels: Section) -> ExtremeCase:
         return ExtremeCase(f"{group}/{text}", impact_pair_grid(**levels))
     taken = {key: levels.pop(key) for key in CASE_KEYS if key in levels}
     contact = {key: taken[key] for key in ("stiffness", "restitution") if key in taken}
-    levels["contact"] = voigt_section(taken["damping"]) if "damping" in taken else contact_section(**contact)
+    voigt = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": taken.get("damping")}  # N/m, N s/m
+    levels["contact"] = voigt if "damping" in taken else contact_section(**contact)
     if "friction" in taken:
         law = {"tanh": {"velocity_scale": taken.get("velocity_scale", 1e-3)}, "ambrosio": {"v0": 1e-3, "v1": 1e-2}}
         coefficient = taken["coefficient"]

@@ -492,7 +492,7 @@ def _film_recipe(law: recorded.Law, description: Law, digest: str) -> contract.R
             return fx + fy
 
         sampled_force = checked(total, ("ratio", "rate", "speed"), law.place)
-        ratios, rates = (0.01, 0.1, 0.5, 0.9, joint.film.limit), (-0.1, -1e-3, 0.0, 1e-3, 0.1)
+        ratios, rates = (0.0, 0.01, 0.1, 0.5, 0.9, joint.film.limit), (-0.1, -1e-3, 0.0, 1e-3, 0.1)
         for place in itertools.product(ratios, rates, (-100.0, 0.0, 100.0)):
             sampled_force(*place)
         return ()

@@ -164,7 +164,11 @@ def run_observed(
     """
     work, logs, per_revolution = run.work, [], max(observer.per_revolution for observer in observers)
     observation = 0
-    while (pause := pause_at(observation / per_revolution, discard, value_after)) < control.end:
+    while True:
+        turns = observation / per_revolution
+        pause = value_after(discard + turns - PAUSE_LEAD if turns else discard)
+        if pause >= control.end:
+            break
         status, log = run.advance(control._replace(pause=pause))
         logs.append(log)
         if status != integration.PAUSED:
@@ -186,11 +190,6 @@ def run_observed(
             control = control._replace(end=end)
     status, log = run.advance(control)
     return status, np.concatenate([*logs, log])
-
-
-def pause_at(turns: float, discard: float, value_after: Callable[[float], float]) -> float:
-    """Return the pause for `turns` after the first `discard`: LEAD earlier, except at the start."""
-    return value_after(discard + turns - PAUSE_LEAD if turns else discard)
 
 
 def snapshot_of(work: Work) -> Snapshot:
