@@ -1,6 +1,7 @@
 """The largest value that meets the limits: found among ordinary cases, the same after every interruption."""
 
 import dataclasses
+import json
 import math
 import re
 
@@ -10,10 +11,13 @@ import pytest
 from fake_physics import FAILS, GOOD, Fake, grid, sweep, trajectory
 from fake_runs import TEXT as GRID_TEXT
 from fake_runs import load as grid_load
+from mechanism_cases import slider_crank
 from test_sweep import parts, program, same_results, wait_for
 
 import clearsweep
 from clearsweep import grid as grids
+from clearsweep import simulation
+from clearsweep.answers.compose import question_of
 from clearsweep.answers.verdict import Limit
 from clearsweep.language.errors import InputError
 from clearsweep.report.axis import axes_of
@@ -22,7 +26,7 @@ from clearsweep.report.sections import searches as page
 from clearsweep.report.sections.searches import seek_sections
 from clearsweep.report.study import prepare
 from clearsweep.searches.refine import RefineFound
-from clearsweep.searches.seeking import border_of_all, loosened_limits
+from clearsweep.searches.seeking import border_of_all, loosened_limits, most_cases
 from clearsweep.sweeping.estimate import estimate
 from clearsweep.sweeping.summary import of_run, run_text
 
@@ -248,7 +252,23 @@ def test_cases_beyond_the_search_are_announced_estimated_and_optional(tmp_path, 
     count = len(clearsweep.open(folder).summary)
     assert f"{count} more cases show which other keys help" in capsys.readouterr().err
     assert count <= most
+    said = json.loads((tmp_path / "with" / "answer.json").read_bytes())["sentences"]
+    assert any(sentence.startswith("The limits that would be met: ") for sentence in said)
     assert {loaded(source).role(effect.path) for effect in with_effects.effects} == {"choice"}
+
+
+def test_a_search_over_lives_says_what_it_seeks():
+    joint = "joints.rod-slider"
+    changes = {f"{joint}.wear": {"law": "archard", "coefficient": "2e-14 m^2/N"}, f"{joint}.length": "20 mm"}
+    source = slider_crank("rod-slider", changes=changes) | {
+        "life": {"limit": "20 um", "of": "wear_depth_max", "joint": "rod-slider"},
+        "uncertain": {f"{joint}.wear.coefficient": {"factor": 3}},
+        "limits": {"rod_slider_life_hours": {"at_least": "30 h"}},
+        "seek": {"largest": f"{joint}.clearance", "between": ["20 um", "100 um"], "within": "20 um"},
+    }
+    seeking = grids.load(source, simulation.catalogue())
+    assert question_of(seeking.resolved(), seeking.layout, [f"{joint}.clearance"]) == "seek"
+    assert most_cases(seeking) > 20  # of the numbers of the machine; the factor above is none
 
 
 def test_where_all_cases_count_they_are_compared_at_one_value(tmp_path):

@@ -418,6 +418,7 @@ def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
         for path, value in grids.leaves(tree)
         if isinstance(value, float)
         and ".table." not in path
+        and not path.startswith("uncertain.")
         and value
         and path not in point
         and not path.endswith(_EXPONENT)

@@ -120,6 +120,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
         if entries:
             with directory_of(grid, result.directory).open_for(grid) as directory:
                 directory.add_to_record(**entries)
+                store.commit_answer(directory, store.open(directory.path))  # which says what would help
         return replace(result, search_result=search_result)
 
 
