@@ -464,6 +464,7 @@ def closed_form(chi: float) -> float:
     return float(1.0 + lambertw(-(1.0 + chi) * math.exp(-(1.0 + chi))).real) / chi
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(("chi", "known"), [(0.1, 0.937475580), (0.5, 0.748434932), (3.0, None)])
 def test_the_restitution_is_that_of_the_closed_form(chi, known):
     """chi = D v0 / K; two values are from outside."""
@@ -474,6 +475,7 @@ def test_the_restitution_is_that_of_the_closed_form(chi, known):
         assert clearsweep.simulate(scene).summary["pair_restitution"] == pytest.approx(restitution, rel=1e-8)
 
 
+@pytest.mark.compiled
 def test_damping_and_damping_factor_are_the_same_motion():
     """They differ by the stiffness, which is a power of two here."""
     stiffness = 2.0**36
@@ -484,6 +486,7 @@ def test_damping_and_damping_factor_are_the_same_motion():
     assert summaries[0]["pair_restitution"] == summaries[1]["pair_restitution"]
 
 
+@pytest.mark.compiled
 def test_the_restitution_at_two_speeds_is_derived():
     """At 0.1 and 1 m/s, for any exponent."""
     from clearsweep.simulation import derived
@@ -495,6 +498,7 @@ def test_the_restitution_at_two_speeds_is_derived():
         assert (value, unit) == (pytest.approx(closed_form(2.0 * speed), rel=1e-12), "1")
 
 
+@pytest.mark.compiled
 def test_the_damper_can_be_swept_in_its_unit(tmp_path):
     """More damping leaves less of the speed."""
     grid = impact_grid(1.0, damping=1e9) | {
@@ -507,6 +511,7 @@ def test_the_damper_can_be_swept_in_its_unit(tmp_path):
     assert restitutions == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.compiled
 def test_a_swept_key_without_its_path_is_told_with_its_laws(tmp_path):
     """`sweep: {damping: ...}` names the path and the laws that take it."""
     grid = tmp_path / "grid.yaml"
@@ -516,6 +521,7 @@ def test_a_swept_key_without_its_path_is_told_with_its_laws(tmp_path):
         clearsweep.sweep(grid, out=tmp_path / "run", executor="serial")
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("tolerance", [1e-10, 1e-6, 1e-3])
 def test_an_overdamped_contact_that_pulls_ends_with_restitution_0(tolerance):
     # x = v / (a - b) (exp(-b t) - exp(-a t)), a and b > 0 the roots of m s^2 - c s + k: never 0 again
