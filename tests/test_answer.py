@@ -151,6 +151,13 @@ def test_a_value_without_effect_is_said_to_change_a_figure_by_one_per_cent_at_mo
     assert said[-1] == "Crank speed and clearance change force peak by at most 1 %."
 
 
+def test_a_velocity_of_vibration_is_in_the_unit_of_its_zones():
+    assert column_texts("foot_velocity_rms", "m/s", np.array([0.04]), [0.0336, 2.0]) == [
+        "33.6\u00a0mm/s",
+        "2000\u00a0mm/s",
+    ]
+
+
 def test_a_figure_that_is_zero_in_every_case_is_said_to_be_zero():
     record = record_of({IMPACTS: 1.0})
     rows = [(gap, speed, 0.0) for gap in (2e-5, 2e-4) for speed in (500, 2000)]

@@ -17,7 +17,7 @@ from test_sweep import parts, program, same_results, wait_for
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import simulation
-from clearsweep.answers.compose import question_of
+from clearsweep.answers.ranking import ranking_of
 from clearsweep.answers.verdict import Limit
 from clearsweep.language.errors import InputError
 from clearsweep.report.axis import axes_of
@@ -267,7 +267,7 @@ def test_a_search_over_lives_says_what_it_seeks():
         "seek": {"largest": f"{joint}.clearance", "between": ["20 um", "100 um"], "within": "20 um"},
     }
     seeking = grids.load(source, simulation.catalogue())
-    assert question_of(seeking.resolved(), seeking.layout, [f"{joint}.clearance"]) == "seek"
+    assert ranking_of(seeking.layout, (), seeking.resolved()).question == "seek"
     assert most_cases(seeking) > 20  # of the numbers of the machine; the factor above is none
 
 

@@ -120,8 +120,7 @@ def compose(source: Source) -> dict[str, Any]:
 
 def question_of(record: Mapping[str, Any], layout: Layout, paths: Sequence[str]) -> str:
     """Return the leading question of a grid; paths : those that vary."""
-    search = next((name for name in SEARCHES if record.get(name)), "")  # its cases may be lives
-    question = search or ranking_of(layout, limits_of_record(record), record).question
+    question = ranking_of(layout, limits_of_record(record), record).question
     if question in ("life", *SEARCHES):
         return question
     sample = record.get("sample") or {}

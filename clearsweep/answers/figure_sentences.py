@@ -67,12 +67,10 @@ def force_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     if len(never) == len(entries):
         yield Sentence("The surfaces never touch: every force peak is 0.")
         return
-    left = [other for other in entries if other not in never]
-    lead: Mapping[str, Any] = {}
-    while left:  # torques, which do not compare with forces, have a sentence of their own
-        alike = words.layout.comparable(other["figure"] for other in left)
-        entry = max((other for other in left if other["figure"] in alike), key=lambda other: other["largest"]["value"])
-        left, lead = [other for other in left if other["figure"] not in alike], lead or entry
+    largest = sorted(entries, key=lambda other: other["largest"]["value"], reverse=True)
+    by_unit = {words.units[other["figure"]]: other for other in reversed(largest) if other not in never}
+    leads = [by_unit[unit] for unit in sorted(by_unit)]  # torques, which do not compare with forces, have their own
+    for entry in leads:
         (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
         ratio = entry["largest"].get("ratio")
         values = {
@@ -85,8 +83,8 @@ def force_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     if never:
         names = wording.sentence_list([words.figure(other["figure"]) for other in never])
         yield Sentence("The surfaces never touch: {names} 0.", {"names": names})
-    elif not lead["smallest"]["value"]:
-        where = place_text(answer, words, lead["smallest"])
+    elif not leads[0]["smallest"]["value"]:
+        where = place_text(answer, words, leads[0]["smallest"])
         yield Sentence("The surfaces do not touch in every case, such as{where}.", {"where": where})
 
 

@@ -94,7 +94,7 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
     """
     search = next((name for name in SEARCHES if (grid or {}).get(name)), "")
     column_names = {column.name for column in layout.columns}
-    if (life_column := f"{layout.life}_life_hours") in column_names:
+    if not search and (life_column := f"{layout.life}_life_hours") in column_names:
         return CaseRanking(
             "life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (life_column,)),)
         )
@@ -204,6 +204,8 @@ def column_scale(column_name: str, unit: str, column_values: np.ndarray) -> word
     """
     if column_name in (MAX_SPEED, SPEED_AFTER_START):
         return wording.scale(unit, 0.0, speed=True)
+    if column_name.endswith("velocity_rms"):
+        return wording.scale(unit, 1e-3)  # mm/s, as the zones of ISO 20816
     magnitudes = np.abs(column_values[np.isfinite(column_values)])
     magnitudes = magnitudes[magnitudes > 0.0]
     quantile = 0.5 if column_name.endswith("film_thickness_min") else UNIT_QUANTILE  # np.quantile takes 9 ms to load

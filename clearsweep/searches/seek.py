@@ -1,6 +1,7 @@
 """`seek`: the largest or smallest value of a key at which cases meet their limits.  Its section and its answers."""
 
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -184,7 +185,8 @@ class Seek(Search):
         """Return the last index: the number of fits minus 1, or of equal steps of at most `within`, a power of 2."""
         if self.fits:
             return len(self.fits) - 1
-        return seeking.interval_count(*self.between, self.within)
+        low, high = self.between
+        return 1 << max(math.ceil(math.log2((high - low) / self.within)), seeking.SCAN_INTERVALS.bit_length() - 1)
 
     def value(self, index: int) -> float:
         """Return the value at an index from 0 to `last_index`, counted from the safer end."""

@@ -47,11 +47,6 @@ class Bisection(NamedTuple):
     border: Border | None = None
 
 
-def interval_count(low: float, high: float, within: float) -> int:
-    """Return the number of equal steps of at most `within` between two values, a power of 2."""
-    return 1 << max(math.ceil(math.log2((high - low) / within)), SCAN_INTERVALS.bit_length() - 1)
-
-
 def scan_indices(last_index: int) -> tuple[int, ...]:
     """Return the first indices to examine, of 0 to `last_index`, a power of 2."""
     return tuple(range(0, last_index + 1, max(last_index // SCAN_INTERVALS, 1)))
