@@ -327,7 +327,8 @@ LIMITS = limits_of({PEAK: 1.0})
 @pytest.mark.parametrize(
     ("given", "limits", "asked", "leads"),
     [
-        (layout("life_hours", *FILM, life="rod_slider"), LIMITS, {"seek": SOUGHT}, "life"),
+        (layout("life_hours", *FILM, life="rod_slider"), LIMITS, {"seek": SOUGHT}, "seek"),
+        (layout("life_hours", *FILM, life="rod_slider"), LIMITS, {}, "life"),
         (layout(*FILM), LIMITS, {"seek": SOUGHT}, "seek"),
         (layout(*FILM), LIMITS, {"optimise": {"minimise": [PEAK]}}, "optimise"),
         (layout(*FILM), LIMITS, {"identify": {"over": {}, "cases": 400}}, "identify"),
