@@ -61,11 +61,10 @@ def force_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     entries = extremes_of(answer, "force_peak", words)
     if not entries and not answer.get("finished", 1):
         yield Sentence("No case finished, so nothing is known of forces and errors.")
-    if not entries:
-        return
     never = [other for other in entries if not other["largest"]["value"]]
     if len(never) == len(entries):
-        yield Sentence("The surfaces never touch: every force peak is 0.")
+        if entries:
+            yield Sentence("The surfaces never touch: every force peak is 0.")
         return
     largest = sorted(entries, key=lambda other: other["largest"]["value"], reverse=True)
     by_unit = {words.units[other["figure"]]: other for other in reversed(largest) if other not in never}
