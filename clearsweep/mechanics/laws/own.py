@@ -411,6 +411,9 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contra
         power = attempted(lambda: sum(force(_after_sliding(trial, slip), 1.0, slip) * slip for slip in slips), 0.0)
         return trial._replace(sign=-1.0 if power > 0.0 else 1.0)
 
+    def _length(returned):
+        return len(returned) if isinstance(returned, tuple) else 1
+
     def _after_sliding(trial, slip):
         return trial._replace(**{f"state_{i}": math.copysign(trial.scales[i], slip) for i in range(count)})
 
@@ -420,6 +423,13 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contra
         friction = make(joint)
         state = () if count == 0 else (state_of(friction),)
         check_traced(law, friction.p, 1.0, 0.1, *state)
+        if count:
+            returned = attempted(lambda: _length(evaluate(friction.p, 1.0, 0.1, *state)), 2)
+            if returned != 2:
+                raise InputError(
+                    f"{law.place}: a law with states returns two values, the force and the rate of its state or "
+                    f"states; found {returned:g}"
+                )
         sampled_force = checked(lambda normal, slip: force(friction, normal, slip), ("normal", "slip"), law.place)
         sampled_rates = checked(lambda slip: sum(rates(friction, Sliding(slip=slip))), ("slip",), law.place)
         for slip in (0.0, *SLIPS, *(-size for size in SLIPS)):
