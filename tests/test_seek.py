@@ -267,7 +267,7 @@ def test_a_search_over_lives_says_what_it_seeks():
         "seek": {"largest": f"{joint}.clearance", "between": ["20 um", "100 um"], "within": "20 um"},
     }
     seeking = grids.load(source, simulation.catalogue())
-    assert ranking_of(seeking.layout, (), seeking.resolved()).question == "seek"
+    assert ranking_of(seeking.layout, seeking.verdict.limits, seeking.resolved()).question == "seek"
     assert most_cases(seeking) > 20  # of the numbers of the machine; the factor above is none
 
 
