@@ -24,7 +24,7 @@ from clearsweep.mechanics.laws.loss import RESTITUTION, contact_force, hysteresi
 
 BLOCK = """
 from typing import NamedTuple
-from clearsweep.contracts.catalogue import Field, Law
+from clearsweep.contracts.catalogue import Field
 from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.laws.loss import register_contact_force
 from clearsweep.mechanics.laws.contract import register
@@ -38,9 +38,12 @@ def _sticky(law, elastic, pen, rate, onset_rate):
     return force * (1.0 + law.damping * rate / onset_rate), force
 
 register(
-    Law("law", "sticky", "made up for a test", "F = F_elastic (1 + b u)", "nobody", (Field("loss", "1", "b"),)),
-    (Sticky,),
-    lambda joint: Sticky(joint.contact.values["loss"]),
+    "law sticky: made up for a test",
+    "F = F_elastic (1 + b u)",
+    "nobody",
+    (Field("loss", "1", "b"),),
+    types=(Sticky,),
+    make=lambda joint: Sticky(joint.contact.values["loss"]),
 )
 """
 CONTACT = {"law": "sticky", "stiffness": 6.61e10, "loss": 0.8}
@@ -121,7 +124,7 @@ def _forgetful(friction, *rest):
 
 
 def entered(law, form):
-    contract.register(law, (form,), lambda joint: form())
+    contract.enter(contract.Recipe(law, (form,), lambda joint: form()))
 
 
 def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
@@ -146,16 +149,17 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
 def test_a_law_whose_description_does_not_fit_its_numbers_is_refused(recipes):
     hertz = recipes["law", "hertz"]
     with pytest.raises(TypeError, match="law 'hertz': is the name of a law of the package"):
-        contract.register(hertz.law, hertz.types, hertz.make)
+        contract.enter(hertz)
     with pytest.raises(TypeError, match="takes a restitution, but declares none that a free impact returns"):
-        contract.register(hertz.law._replace(name="silent", fields=(RESTITUTION,)), hertz.types, hertz.make)
+        silent = hertz.law._replace(name="silent", fields=(RESTITUTION,))
+        contract.enter(hertz._replace(law=silent, free_restitution=None))
     with pytest.raises(TypeError, match="takes no stiffness for a spring of its own"):
-        contract.register(hertz.law._replace(name="loose", uses_elastic=False), hertz.types, hertz.make)
+        contract.enter(hertz._replace(law=hertz.law._replace(name="loose", uses_elastic=False)))
 
 
 def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(recipes):
     hertz = recipes["law", "hertz"]
-    contract.register(hertz.law._replace(name="astray"), hertz.types, lambda joint: Linear(1.0))
+    contract.enter(hertz._replace(law=hertz.law._replace(name="astray"), make=lambda joint: Linear(1.0)))
     case = changed(PAIR, {"joints.pair.contact": {"law": "astray", "stiffness": 6.61e10}})
     joint = grid.load(case, simulation.catalogue()).case(0).joints[0]
     with pytest.raises(TypeError, match="law 'astray': makes a Linear, entered with Lossless"):
@@ -164,9 +168,9 @@ def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(rec
 
 def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(recipes):
     mean, tanh = recipes["pressure", "mean"], recipes["friction", "tanh"]
-    contract.register(mean.law._replace(name="even"), mean.types, mean.make)
+    contract.enter(mean._replace(law=mean.law._replace(name="even")))
     fields = (*tanh.law.fields[:1], Field("velocity_scale", "m/s", default=2e-3))
-    contract.register(tanh.law._replace(name="soft", fields=fields), tanh.types, tanh.make)
+    contract.enter(tanh._replace(law=tanh.law._replace(name="soft", fields=fields)))
     changes = {
         "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "pressure": "even"},
         "joints.rod-slider.friction": {"law": "soft", "coefficient": 0.1},

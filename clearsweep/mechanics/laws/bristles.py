@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, declared_law, ranged
+from ...contracts.catalogue import Field, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, kernel
@@ -60,29 +60,27 @@ def _internal_rates_dahl(friction, contact):
 
 
 contract.register(
-    declared_law(
-        "friction dahl: bending bristles: elastic before sliding",
-        "T = -N sigma0 z, z' = slip sgn(1 - x) |1 - x|^shape with x = sigma0 z sgn(slip) / mu",
-        "after Dahl 1968, A Solid Friction Model, Aerospace Corp. TOR-0158(3107-18)-1; per load",
-        (
-            SLIDING,
-            BRISTLES,
-            ranged(
-                "shape",
-                "1",
-                "exponent of the approach to sliding; 1: exponential, larger: slower",
-                "[1, inf)",
-                default=1.0,
-            ),
+    "friction dahl: bending bristles: elastic before sliding",
+    "T = -N sigma0 z, z' = slip sgn(1 - x) |1 - x|^shape with x = sigma0 z sgn(slip) / mu",
+    "after Dahl 1968, A Solid Friction Model, Aerospace Corp. TOR-0158(3107-18)-1; per load",
+    (
+        SLIDING,
+        BRISTLES,
+        ranged(
+            "shape",
+            "1",
+            "exponent of the approach to sliding; 1: exponential, larger: slower",
+            "[1, inf)",
+            default=1.0,
         ),
-        has_state=True,
-        notes="z, the deflection of the bristles, begins at 0 with every contact.  No static friction above the "
-        "kinetic one; creeps under an alternating load.  A shape below 1, with a corner at the onset of sliding, is "
-        "not available.  Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is "
-        "stiff.  Energy in the bristles counts as friction loss until they return it.  The force is proportional to "
-        "the load, so a varying load can draw energy from bent bristles, up to mu^2 / (2 sigma0) times its change.",
     ),
-    (Dahl,),
+    types=(Dahl,),
+    has_state=True,
+    notes="z, the deflection of the bristles, begins at 0 with every contact.  No static friction above the kinetic "
+    "one; creeps under an alternating load.  A shape below 1, with a corner at the onset of sliding, is not "
+    "available.  Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is stiff.  "
+    "Energy in the bristles counts as friction loss until they return it.  The force is proportional to the load, so "
+    "a varying load can draw energy from bent bristles, up to mu^2 / (2 sigma0) times its change.",
 )
 
 
@@ -172,25 +170,23 @@ DAMPED_BRISTLES = (
 
 
 contract.register(
-    declared_law(
-        "friction lugre: bending bristles with the Stribeck effect: sticks, breaks away, slides",
-        "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip - sigma0 |slip| z "
-        "/ g, g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)",
-        "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the "
-        "falling damping after Olsson 1996, Control Systems with Friction, Lund",
-        DAMPED_BRISTLES,
-        has_state=True,
-        notes="z, the deflection of the bristles, begins at 0 with every contact.  With a damping that does not fall, "
-        "a large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, "
-        "sigma1 = 316 s/m; left out, damping_velocity is 4 sqrt(2 e) min(mu, mu_s) / sigma1 and they never do under a "
-        "steady load.  Common values are sigma0 = 1e5 1/m and sigma1 = 316 s/m.  Friction settles within g / sigma0 "
-        "of sliding: 1 um, which is stiff.  Energy in the bristles counts as friction loss until they return it.  The "
-        "force is proportional to the load, so a varying load can draw energy from bent bristles, up to g^2 / (2 "
-        "sigma0) times its change.",
-        orders=(KINETIC_FIRST,),
-    ),
-    (LuGre,),
-    _maker_with_damping_velocity(LuGre),
+    "friction lugre: bending bristles with the Stribeck effect: sticks, breaks away, slides",
+    "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip - sigma0 |slip| z / g, "
+    "g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)",
+    "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the falling "
+    "damping after Olsson 1996, Control Systems with Friction, Lund",
+    DAMPED_BRISTLES,
+    types=(LuGre,),
+    make=_maker_with_damping_velocity(LuGre),
+    has_state=True,
+    notes="z, the deflection of the bristles, begins at 0 with every contact.  With a damping that does not fall, a "
+    "large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, sigma1 = "
+    "316 s/m; left out, damping_velocity is 4 sqrt(2 e) min(mu, mu_s) / sigma1 and they never do under a steady "
+    "load.  Common values are sigma0 = 1e5 1/m and sigma1 = 316 s/m.  Friction settles within g / sigma0 of sliding: "
+    "1 um, which is stiff.  Energy in the bristles counts as friction loss until they return it.  The force is "
+    "proportional to the load, so a varying load can draw energy from bent bristles, up to g^2 / (2 sigma0) times its "
+    "change.",
+    orders=(KINETIC_FIRST,),
 )
 
 
@@ -253,32 +249,29 @@ contract.internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 
 contract.register(
-    declared_law(
-        "friction elasto-plastic: the bristles of lugre without creep: elastic up to a fraction of the friction",
-        "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip (1 - a x / g), x = "
-        "sigma0 z sgn(slip), g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape); a = 0 up to x = "
-        "elastic_share mu, 1 from x = g on, (1 + sin(pi (x - m) / d)) / 2 between, m the mean of these two and d "
-        "their difference",
-        "after Dupont, Hayward, Armstrong & Altpeter 2002, IEEE Trans. Autom. Control 47:787, as in public programs "
-        "that quote it; per load, the falling damping after Olsson 1996, Control Systems with Friction, Lund",
-        (
-            *DAMPED_BRISTLES,
-            ranged(
-                "elastic_share",
-                "1",
-                "friction relative to mu N up to which all displacement is elastic; the default is a choice",
-                "(0, 1)",
-                default=0.7,
-            ),
+    "friction elasto-plastic: the bristles of lugre without creep: elastic up to a fraction of the friction",
+    "T = -N (sigma0 z + sigma1 exp(-(slip / damping_velocity)^2) z' + viscous slip), z' = slip (1 - a x / g), x = "
+    "sigma0 z sgn(slip), g = mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape); a = 0 up to x = elastic_share "
+    "mu, 1 from x = g on, (1 + sin(pi (x - m) / d)) / 2 between, m the mean of these two and d their difference",
+    "after Dupont, Hayward, Armstrong & Altpeter 2002, IEEE Trans. Autom. Control 47:787, as in public programs that "
+    "quote it; per load, the falling damping after Olsson 1996, Control Systems with Friction, Lund",
+    (
+        *DAMPED_BRISTLES,
+        ranged(
+            "elastic_share",
+            "1",
+            "friction relative to mu N up to which all displacement is elastic; the default is a choice",
+            "(0, 1)",
+            default=0.7,
         ),
-        has_state=True,
-        notes="Under an alternating force below elastic_share mu N no displacement remains; lugre, whose a is 1 "
-        "throughout, creeps.  Otherwise as lugre: z begins at 0 with every contact; left out, damping_velocity is 4 "
-        "sqrt(2 e) mu / sigma1, with which the bristles never drive under a steady load; friction settles within g / "
-        "sigma0 of sliding: 1 um with mu = 0.1 and sigma0 = 1e5 1/m, which is stiff; energy in the bristles counts as "
-        "friction loss until they return it.",
-        orders=(KINETIC_FIRST,),
     ),
-    (ElastoPlastic,),
-    _maker_with_damping_velocity(ElastoPlastic),
+    types=(ElastoPlastic,),
+    make=_maker_with_damping_velocity(ElastoPlastic),
+    has_state=True,
+    notes="Under an alternating force below elastic_share mu N no displacement remains; lugre, whose a is 1 "
+    "throughout, creeps.  Otherwise as lugre: z begins at 0 with every contact; left out, damping_velocity is 4 "
+    "sqrt(2 e) mu / sigma1, with which the bristles never drive under a steady load; friction settles within g / "
+    "sigma0 of sliding: 1 um with mu = 0.1 and sigma0 = 1e5 1/m, which is stiff; energy in the bristles counts as "
+    "friction loss until they return it.",
+    orders=(KINETIC_FIRST,),
 )

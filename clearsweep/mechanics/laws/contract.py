@@ -24,7 +24,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Law
+from ...contracts.catalogue import Field, Law, declared_law
 from ...language.errors import InputError
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import plain
@@ -349,15 +349,31 @@ def recipe_of(family: str, name: str, owner) -> Recipe:
 
 
 def register(
-    law: Law, types: tuple[type, ...], make: Callable | None = None, recipes: dict = RECIPES, **options
+    written: str,
+    formula: str,
+    source: str,
+    fields: tuple[Field, ...] = (),
+    *,
+    types: tuple[type, ...],
+    make: Callable | None = None,
+    **further,
 ) -> None:
-    """Register a law of the package, or one of a grid's own in the `recipes` of these; `options` goes to its Recipe.
+    """Enter a law of the package, written as "family name: summary"; further : other fields of its Law and Recipe.
 
     make : default: the type with the values of the keys that its fields name.
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
+    """
+    options = {name: further.pop(name) for name in Recipe._fields if name in further}
+    law = declared_law(written, formula, source, fields, **further)
+    enter(Recipe(law, types, make or _maker_from_values(law.family, types[0]), **options))
+
+
+def enter(recipe: Recipe, recipes: dict[tuple[str, str], Recipe] = RECIPES) -> None:
+    """Enter a law of the package, or one of a grid's own in the `recipes` of these.
+
     Raises TypeError, of a law of one's own InputError, if its name is taken or a member is missing.
     """
-    recipe = Recipe(law, types, make or _maker_from_values(law.family, types[0]), **options)
+    law = recipe.law
     for problem in _describe_faults(recipe):
         text = f"{law.family} '{law.name}': {problem}"
         raise InputError(f"{law.origin}: {text}") if law.origin else TypeError(text)

@@ -25,12 +25,12 @@ For small arcs F = pi E* L c q, and the first is Johnson's law.
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Columns, Field, Law, Merit, Order, Range, declared_law, ranged
+from ...contracts.catalogue import Columns, Field, Merit, Order, Range, ranged
 from ...language.errors import InputError
 from ...tracing.compiled import calculus
 from ...tracing.compiled.dual import as_type_of
@@ -113,10 +113,19 @@ _FOLD = (
 )
 
 
-def register_line_law(law: Law, make: Callable) -> None:
-    """Register a law pen = g F ln(S / F), g = 1 / (pi E* L); make : joint -> Logarithmic, which has the law's S."""
-    law = law._replace(notes=f"{law.notes}  {_FOLD}", trusted=(SMALL_ARC,))
-    register(law, (Logarithmic,), make, limit=lambda joint: LOGARITHMIC_END * make(joint).depth)
+def register_line_law(*described: Any, make: Callable, notes: str, **further: Any) -> None:
+    """Register a law pen = g F ln(S / F), g = 1 / (pi E* L), as `register`; make : joint -> Logarithmic, with its S."""
+    register(
+        *described,
+        types=(Logarithmic,),
+        make=make,
+        limit=lambda joint: LOGARITHMIC_END * make(joint).depth,
+        contact="line",
+        needs=CYLINDER_NEEDS,
+        trusted=(SMALL_ARC,),
+        notes=f"{notes}  {_FOLD}",
+        **further,
+    )
 
 
 def _make_johnson(joint, constant=-1.0):
@@ -124,29 +133,21 @@ def _make_johnson(joint, constant=-1.0):
 
 
 register_line_law(
-    declared_law(
-        "elastic johnson: two cylinders, one in the other",
-        "pen = F / (pi E* L) (ln(4 pi E* c L / F) - 1); F = pen / (g v), v the root of v exp(-v) = pen / (g S), v > 1",
-        "after Johnson 1985, Contact Mechanics; solved for F by the lower branch of Lambert's W",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        notes="Treats the bodies as half-spaces, so it is for small contact arcs.",
-        merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
-    ),
-    _make_johnson,
+    "elastic johnson: two cylinders, one in the other",
+    "pen = F / (pi E* L) (ln(4 pi E* c L / F) - 1); F = pen / (g v), v the root of v exp(-v) = pen / (g S), v > 1",
+    "after Johnson 1985, Contact Mechanics; solved for F by the lower branch of Lambert's W",
+    make=_make_johnson,
+    notes="Treats the bodies as half-spaces, so it is for small contact arcs.",
+    merit=Merit(3, "it is the line contact of elastic half-spaces, and the arc is small"),
 )
 
 
 register_line_law(
-    declared_law(
-        "elastic esdu-78035: johnson with + 1 in place of - 1",
-        "pen = F (h_b + h_j) / L (ln(4 L c / (F (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
-        "after ESDU 78035, Contact phenomena I; not compared with the original",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        notes="Some codes have a further factor pi, which is wrong.",
-    ),
-    lambda joint: _make_johnson(joint, 1.0),
+    "elastic esdu-78035: johnson with + 1 in place of - 1",
+    "pen = F (h_b + h_j) / L (ln(4 L c / (F (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
+    "after ESDU 78035, Contact phenomena I; not compared with the original",
+    make=lambda joint: _make_johnson(joint, 1.0),
+    notes="Some codes have a further factor pi, which is wrong.",
 )
 
 
@@ -159,28 +160,24 @@ def _make_radzimovsky(joint):
 
 
 register_line_law(
-    declared_law(
-        "elastic radzimovsky: two cylinders, by Roark's formula",
-        "pen = F / (pi E* L) (2/3 + ln(4 R_b / b) + ln(4 R_j / b)), b = 1.60 sqrt(F K_D / (L E*)), "
-        "K_D = curvature_factor R_b R_j / (R_b - R_j)",
-        "after Radzimovsky 1953, Univ. Illinois Eng. Exp. Station Bulletin 408; b as in Roark's Formulas for Stress "
-        "and Strain",
-        (
-            ranged(
-                "curvature_factor",
-                "1",
-                "definition of K_D; 2: by diameters, as in Roark; 1: by radii, as in the multibody literature",
-                "[1, 2]",
-                default=2,
-                integer=True,
-            ),
+    "elastic radzimovsky: two cylinders, by Roark's formula",
+    "pen = F / (pi E* L) (2/3 + ln(4 R_b / b) + ln(4 R_j / b)), b = 1.60 sqrt(F K_D / (L E*)), K_D = curvature_factor "
+    "R_b R_j / (R_b - R_j)",
+    "after Radzimovsky 1953, Univ. Illinois Eng. Exp. Station Bulletin 408; b as in Roark's Formulas for Stress and "
+    "Strain",
+    (
+        ranged(
+            "curvature_factor",
+            "1",
+            "definition of K_D; 2: by diameters, as in Roark; 1: by radii, as in the multibody literature",
+            "[1, 2]",
+            default=2,
+            integer=True,
         ),
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        notes="b is the full width of contact, and K_D uses diameters.  With radii, as often printed, b is too small "
-        "by sqrt(2) and the force 6 to 13 % lower; curvature_factor 1 reproduces curves of the multibody literature.",
     ),
-    _make_radzimovsky,
+    make=_make_radzimovsky,
+    notes="b is the full width of contact, and K_D uses diameters.  With radii, as often printed, b is too small by "
+    "sqrt(2) and the force 6 to 13 % lower; curvature_factor 1 reproduces curves of the multibody literature.",
 )
 
 
@@ -190,32 +187,23 @@ def _make_dubowsky_freudenstein(joint, power_of_length=3.0):
 
 
 register_line_law(
-    declared_law(
-        "elastic dubowsky-freudenstein: two cylinders, with the length in the logarithm",
-        "pen = F (h_b + h_j) / L (ln(L^3 c / (F R_b R_j (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
-        "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        unsound="the length in its logarithm has no physical basis",
-        notes="The length in the logarithm has no physical basis; only its third power makes the argument "
-        "dimensionless.",
-    ),
-    _make_dubowsky_freudenstein,
+    "elastic dubowsky-freudenstein: two cylinders, with the length in the logarithm",
+    "pen = F (h_b + h_j) / L (ln(L^3 c / (F R_b R_j (h_b + h_j))) + 1), h = (1 - nu^2) / (pi E)",
+    "after Dubowsky & Freudenstein 1971, J. Eng. Ind. 93:305",
+    make=_make_dubowsky_freudenstein,
+    unsound="the length in its logarithm has no physical basis",
+    notes="The length in the logarithm has no physical basis; only its third power makes the argument dimensionless.",
 )
 
 
 register_line_law(
-    declared_law(
-        "elastic goldsmith: dubowsky-freudenstein with the length to the first power",
-        "pen = F (h_b + h_j) / L (ln(L c / (F R_b R_j (h_b + h_j)) m^2) + 1), h = (1 - nu^2) / (pi E)",
-        "after Goldsmith 1960, Impact",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        unsound="dimensionally inconsistent",
-        notes="Dimensionally inconsistent: the argument of the logarithm has the unit 1/m^2.  Here all lengths are in "
-        "metres; in millimetres the law gives other forces.",
-    ),
-    lambda joint: _make_dubowsky_freudenstein(joint, 1.0),
+    "elastic goldsmith: dubowsky-freudenstein with the length to the first power",
+    "pen = F (h_b + h_j) / L (ln(L c / (F R_b R_j (h_b + h_j)) m^2) + 1), h = (1 - nu^2) / (pi E)",
+    "after Goldsmith 1960, Impact",
+    make=lambda joint: _make_dubowsky_freudenstein(joint, 1.0),
+    unsound="dimensionally inconsistent",
+    notes="Dimensionally inconsistent: the argument of the logarithm has the unit 1/m^2.  Here all lengths are in "
+    "metres; in millimetres the law gives other forces.",
 )
 
 
@@ -228,19 +216,17 @@ def _make_pereira(joint):
 
 
 register(
-    declared_law(
-        "elastic pereira: a power fitted to two cylinders, one in the other",
-        "F_elastic = (0.965 c + 0.0965) L E* / c pen^n in mm, N, MPa; n = Y c^-0.005, Y = 1.51 ln(1000 c)^-0.151 for "
-        "c < 0.34954 mm, else 0.0151 c + 1.151",
-        "after Pereira, Ramalho & Ambrosio 2011, Nonlinear Dyn. 63:681, internal contact",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        ranges=(Range("clearance", 5e-6, 1e-2, "m", "it was fitted there"),),
-        notes="Dimensionally inconsistent: a fit with all lengths in millimetres.  n = (Y c)^-0.005, found in some "
-        "codes, is wrong.",
-    ),
-    (Power,),
-    _make_pereira,
+    "elastic pereira: a power fitted to two cylinders, one in the other",
+    "F_elastic = (0.965 c + 0.0965) L E* / c pen^n in mm, N, MPa; n = Y c^-0.005, Y = 1.51 ln(1000 c)^-0.151 for c < "
+    "0.34954 mm, else 0.0151 c + 1.151",
+    "after Pereira, Ramalho & Ambrosio 2011, Nonlinear Dyn. 63:681, internal contact",
+    types=(Power,),
+    make=_make_pereira,
+    contact="line",
+    needs=CYLINDER_NEEDS,
+    ranges=(Range("clearance", 5e-6, 1e-2, "m", "it was fitted there"),),
+    notes="Dimensionally inconsistent: a fit with all lengths in millimetres.  n = (Y c)^-0.005, found in some codes, "
+    "is wrong.",
     derived=lambda joint: derived_power(_make_pereira(joint)),
 )
 
@@ -323,21 +309,19 @@ def _make_compatible(joint: Joint) -> Compatible:
 
 
 register(
-    declared_law(
-        "elastic compatible: conformal contact, with the arc from the elastic displacements",
-        "pen / (c + pen) = q (ln(4 / q) - 1), F_elastic = (pi/2) E* L (c + pen) q (2 - q), q = sin^2(theta / 2)",
-        "half-space compatibility over the arc, in the manner of 'A continuous contact force model for planar revolute "
-        "joint based on fitting method' 2017, Adv. Mech. Eng. 9(2), whose equations were not read; derived here",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
-        "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, "
-        "the end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice "
-        "the secant, the force continues along the tangent.  docs/model-contact.md derives it.",
-        merit=Merit(1, "its contact arc follows from both elastic bodies, small or wide, without a fitted constant"),
-    ),
-    (Compatible,),
-    _make_compatible,
+    "elastic compatible: conformal contact, with the arc from the elastic displacements",
+    "pen / (c + pen) = q (ln(4 / q) - 1), F_elastic = (pi/2) E* L (c + pen) q (2 - q), q = sin^2(theta / 2)",
+    "half-space compatibility over the arc, in the manner of 'A continuous contact force model for planar revolute "
+    "joint based on fitting method' 2017, Adv. Mech. Eng. 9(2), whose equations were not read; derived here",
+    types=(Compatible,),
+    make=_make_compatible,
+    contact="line",
+    needs=CYLINDER_NEEDS,
+    notes="Johnson's law for small arcs.  Its pressure is half an ellipse over sin(phi / 2), the first term of "
+    "Persson's.  Over the same arc its load is within 4 % of Persson's up to a half-angle of 40 degrees.  At 45, the "
+    "end of its range, it is 9 % lower.  From 77.3 degrees on, where the tangent stiffness is twice the secant, the "
+    "force continues along the tangent.  docs/model-contact.md derives it.",
+    merit=Merit(1, "its contact arc follows from both elastic bodies, small or wide, without a fitted constant"),
     limit=lambda joint: depth_of_arc(MAX_HALF_ANGLE) * joint.clearance,
 )
 
@@ -379,23 +363,21 @@ def fit_power_law(joint: Joint) -> FittedPower:
 
 
 register(
-    declared_law(
-        "elastic compatible-fit: a power law fitted to compatible, or to user-defined points",
-        "F_elastic = K_f pen^n_f, K_f = k(n_f, range / c) E* L c^(1 - n_f); ln K_f and n_f the least squares of ln F "
-        "over fit_from to fit_to, evenly in ln pen, or over the points of `fit`",
-        "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
-        "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
-        (FIT_FROM, FIT_TO),
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),
-        tables=(FIT,),
-        notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power law "
-        "continues outside its range; a remark then says so.  Points of `fit` replace fit_from and fit_to.",
-        merit=Merit(2, "it is a power fitted to `compatible`, which models the arc of elastic bodies"),
-    ),
-    (Power,),
-    lambda joint: fit_power_law(joint).power,
+    "elastic compatible-fit: a power law fitted to compatible, or to user-defined points",
+    "F_elastic = K_f pen^n_f, K_f = k(n_f, range / c) E* L c^(1 - n_f); ln K_f and n_f the least squares of ln F over "
+    "fit_from to fit_to, evenly in ln pen, or over the points of `fit`",
+    "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, Adv. "
+    "Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
+    (FIT_FROM, FIT_TO),
+    types=(Power,),
+    make=lambda joint: fit_power_law(joint).power,
+    contact="line",
+    needs=CYLINDER_NEEDS,
+    orders=(Order("fit_from", "fit_to", "there would be nothing to fit"),),
+    tables=(FIT,),
+    notes="K_f, n_f and the rms of the relative error are among the derived values of a run.  The power law continues "
+    "outside its range; a remark then says so.  Points of `fit` replace fit_from and fit_to.",
+    merit=Merit(2, "it is a power fitted to `compatible`, which models the arc of elastic bodies"),
     limit=lambda joint: fit_power_law(joint).max_penetration,
     derived=lambda joint: (
         derived_power(fit_power_law(joint).power) | {"contact.fit_residual": (fit_power_law(joint).residual, "1")}

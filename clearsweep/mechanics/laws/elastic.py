@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint, Materials
-from ...contracts.catalogue import Field, Merit, Range, declared_law, ranged
+from ...contracts.catalogue import Field, Merit, Range, ranged
 from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled import calculus
@@ -238,26 +238,24 @@ def _stiffness_of(joint):
 _BALL = Range("length", 0.0, 0.0, "m", "the stiffness from `material` is that of a ball in a socket, for any length")
 
 register(
-    declared_law(
-        "elastic power: a power of the penetration",
-        "F_elastic = K pen^n",
-        "Hertz 1881 for n = 1.5",
-        (
-            Field(
-                "stiffness",
-                "N/m^exponent",
-                "stiffness K; if `material` is given instead and n = 1.5, K follows from it",
-            ),
-            Field("exponent", "1", "exponent n", default=1.5),
+    "elastic power: a power of the penetration",
+    "F_elastic = K pen^n",
+    "Hertz 1881 for n = 1.5",
+    (
+        Field(
+            "stiffness",
+            "N/m^exponent",
+            "stiffness K; if `material` is given instead and n = 1.5, K follows from it",
         ),
-        contact="ball",
-        trusted=(_BALL,),
-        notes="With `material`, K = (4/3) E* sqrt(R_b R_j / (R_b - R_j)): a ball in a socket, whatever the length of "
-        "the pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) have a "
-        "pi in K; mixing the two conventions is an error of a factor pi.",
+        Field("exponent", "1", "exponent n", default=1.5),
     ),
-    POWERS,
-    lambda joint: power_of(_stiffness_of(joint), joint.contact.values["exponent"]),
+    types=POWERS,
+    make=lambda joint: power_of(_stiffness_of(joint), joint.contact.values["exponent"]),
+    contact="ball",
+    trusted=(_BALL,),
+    notes="With `material`, K = (4/3) E* sqrt(R_b R_j / (R_b - R_j)): a ball in a socket, whatever the length of the "
+    "pin; it grows without bound as the clearance shrinks.  Papers that write h = (1 - nu^2) / (pi E) have a pi in K; "
+    "mixing the two conventions is an error of a factor pi.",
     derived=lambda joint: (
         {}
         if "stiffness" in joint.contact.values
@@ -267,19 +265,16 @@ register(
 
 
 register(
-    declared_law(
-        "elastic lankarani-nikravesh-cylindrical: the sphere's stiffness with another exponent",
-        "F_elastic = (4/3) E* sqrt(R_b R_j / (R_b - R_j)) pen^n",
-        "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
-        (ranged("exponent", "1", "exponent n", "[1, 1.5]", default=1.5),),
-        needs=("material",),
-        contact="ball",
-        trusted=(_BALL,),
-        notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It does not depend on the "
-        "length.",
-    ),
-    POWERS,
-    lambda joint: power_of(material_stiffness(joint), joint.contact.values["exponent"]),
+    "elastic lankarani-nikravesh-cylindrical: the sphere's stiffness with another exponent",
+    "F_elastic = (4/3) E* sqrt(R_b R_j / (R_b - R_j)) pen^n",
+    "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
+    (ranged("exponent", "1", "exponent n", "[1, 1.5]", default=1.5),),
+    types=POWERS,
+    make=lambda joint: power_of(material_stiffness(joint), joint.contact.values["exponent"]),
+    needs=("material",),
+    contact="ball",
+    trusted=(_BALL,),
+    notes="Dimensionally inconsistent unless n = 1.5: the penetration is in metres.  It does not depend on the length.",
     derived=lambda joint: derived_stiffness(material_stiffness(joint), joint.contact.values["exponent"]),
 )
 
@@ -307,34 +302,29 @@ def _make_liu(joint):
 
 
 register(
-    declared_law(
-        "elastic liu: two cylinders whose contact arc follows from geometry",
-        "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen)))",
-        "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        trusted=(WIDE_ARC,),
-        notes=f"{_ARC}  Softer than the laws of line contact by an order of magnitude at small penetration.",
-    ),
-    (Liu,),
-    _make_liu,
+    "elastic liu: two cylinders whose contact arc follows from geometry",
+    "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen)))",
+    "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
+    types=(Liu,),
+    make=_make_liu,
+    contact="line",
+    needs=CYLINDER_NEEDS,
+    trusted=(WIDE_ARC,),
+    notes=f"{_ARC}  Softer than the laws of line contact by an order of magnitude at small penetration.",
 )
 
 
 register(
-    declared_law(
-        "elastic bai-zhao-consistent: liu's force, of which Bai & Zhao's stiffness is the derivative",
-        "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen))), its derivative K_n L",
-        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        trusted=(WIDE_ARC,),
-        notes="Their K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3) is exactly dF/dpen of liu per "
-        "length, a tangent stiffness, and this law uses it as such.  With contact.law zhiying-qishao it is their "
-        "hybrid model.",
-    ),
-    (Liu,),
-    _make_liu,
+    "elastic bai-zhao-consistent: liu's force, of which Bai & Zhao's stiffness is the derivative",
+    "F_elastic = (1/2) pi E* L pen sqrt(pen / (2 (c + pen))), its derivative K_n L",
+    "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
+    types=(Liu,),
+    make=_make_liu,
+    contact="line",
+    needs=CYLINDER_NEEDS,
+    trusted=(WIDE_ARC,),
+    notes="Their K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3) is exactly dF/dpen of liu per length, a "
+    "tangent stiffness, and this law uses it as such.  With contact.law zhiying-qishao it is their hybrid model.",
 )
 
 
@@ -354,25 +344,22 @@ def _liu_tangent(elastic, pen):
 
 
 register(
-    declared_law(
-        "elastic bai-zhao-literal: Bai & Zhao's stiffness times a power of the penetration, as printed",
-        "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
-        "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as reported by others, not compared with the paper",
-        (ranged("exponent", "1", "exponent n; the published value is 1.5", "[1, 2]", default=1.5),),
-        contact="line",
-        needs=("material",),
-        unsound="dimensionally inconsistent, and independent of the length",
-        notes="Dimensionally inconsistent: K_n is in Pa, so the product is a force only for n = 2; all quantities are "
-        "in SI units.  It does not depend on the length.  K_n is the tangent stiffness of liu per length, used as a "
-        "secant stiffness.  With contact.law zhiying-qishao it is their hybrid model; bai-zhao-consistent is the "
-        "consistent form.",
-    ),
-    (LiuTangent,),
-    lambda joint: LiuTangent(
+    "elastic bai-zhao-literal: Bai & Zhao's stiffness times a power of the penetration, as printed",
+    "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
+    "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as reported by others, not compared with the paper",
+    (ranged("exponent", "1", "exponent n; the published value is 1.5", "[1, 2]", default=1.5),),
+    types=(LiuTangent,),
+    make=lambda joint: LiuTangent(
         0.5 * calculus.pi * plane_strain_modulus(joint.contact.material),
         joint.clearance,
         joint.contact.values["exponent"],
     ),
+    contact="line",
+    needs=("material",),
+    unsound="dimensionally inconsistent, and independent of the length",
+    notes="Dimensionally inconsistent: K_n is in Pa, so the product is a force only for n = 2; all quantities are in "
+    "SI units.  It does not depend on the length.  K_n is the tangent stiffness of liu per length, used as a secant "
+    "stiffness.  With contact.law zhiying-qishao it is their hybrid model; bai-zhao-consistent is the consistent form.",
 )
 
 
@@ -413,20 +400,17 @@ def foundation_modulus(joint: Joint) -> float:
 
 
 register(
-    declared_law(
-        "elastic winkler: a layer of radial springs in the bearing",
-        "F_elastic = k R_b L ((c + pen) theta - c sin theta), cos theta = c / (c + pen), k = (1 - nu) E / ((1 + nu) (1 "
-        "- 2 nu) t)",
-        "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - "
-        "c)",
-        (Field("thickness", "m", "thickness t of the compliant layer"),),
-        needs=CYLINDER_NEEDS,
-        ranges=(Range("contact.material.bearing.poisson", -1.0, 0.499, "1", "an incompressible layer is rigid"),),
-        notes="E and nu of the layer are those of the bearing.  Without a real layer the thickness is a guess.  "
-        "Considered valid up to a tenth of the thickness; beyond, the same formula applies.",
-    ),
-    (Foundation,),
-    lambda joint: Foundation(foundation_modulus(joint) * joint.bearing_radius * joint.length, joint.clearance),
+    "elastic winkler: a layer of radial springs in the bearing",
+    "F_elastic = k R_b L ((c + pen) theta - c sin theta), cos theta = c / (c + pen), k = (1 - nu) E / ((1 + nu) (1 - "
+    "2 nu) t)",
+    "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; integrated over p = k ((c + pen) cos phi - c)",
+    (Field("thickness", "m", "thickness t of the compliant layer"),),
+    types=(Foundation,),
+    make=lambda joint: Foundation(foundation_modulus(joint) * joint.bearing_radius * joint.length, joint.clearance),
+    needs=CYLINDER_NEEDS,
+    ranges=(Range("contact.material.bearing.poisson", -1.0, 0.499, "1", "an incompressible layer is rigid"),),
+    notes="E and nu of the layer are those of the bearing.  Without a real layer the thickness is a guess.  "
+    "Considered valid up to a tenth of the thickness; beyond, the same formula applies.",
     limit=lambda joint: 0.1 * joint.contact.values["thickness"],
     derived=lambda joint: {"contact.foundation_modulus": (foundation_modulus(joint), "Pa/m")},
 )
@@ -478,26 +462,23 @@ def _make_persson(joint):
 
 
 register(
-    declared_law(
-        "elastic persson: conformal contact over any arc up to its limiting angle",
-        "F_elastic = 2 pi E* c L b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), b = tan(theta / 2), cos theta = c / (c + "
-        "pen)",
-        "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
-        "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        trusted=(WIDE_ARC,),
-        notes=f"The load over the half-angle theta is that of the theory, which has no penetration.  {_ARC}  It makes "
-        "the force linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  "
-        "Elastic bodies touch over a smaller arc than rigid ones; compatible models this.  The half-angle cannot "
-        "pass 84.83 degrees; beyond 80.41, where the tangent stiffness is twice the secant, the force continues "
-        "along the tangent.",
-        merit=Merit(
-            4, "its load over the arc follows the theory of conformal contact, but its arc is that of rigid circles"
-        ),
+    "elastic persson: conformal contact over any arc up to its limiting angle",
+    "F_elastic = 2 pi E* c L b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), b = tan(theta / 2), cos theta = c / (c + pen)",
+    "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
+    "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
+    types=(Conformal,),
+    make=_make_persson,
+    contact="line",
+    needs=CYLINDER_NEEDS,
+    trusted=(WIDE_ARC,),
+    notes=f"The load over the half-angle theta is that of the theory, which has no penetration.  {_ARC}  It makes "
+    "the force linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  "
+    "Elastic bodies touch over a smaller arc than rigid ones; compatible models this.  The half-angle cannot "
+    "pass 84.83 degrees; beyond 80.41, where the tangent stiffness is twice the secant, the force continues "
+    "along the tangent.",
+    merit=Merit(
+        4, "its load over the arc follows the theory of conformal contact, but its arc is that of rigid circles"
     ),
-    (Conformal,),
-    _make_persson,
     limit=lambda joint: CONFORMAL_END * joint.clearance,
 )
 
@@ -525,21 +506,19 @@ def _make_fit(joint):
 
 
 register(
-    declared_law(
-        "elastic conformal-fit: a power law fitted to persson",
-        "F_elastic = K_f pen^n_f, K_f = k E* L c^(1 - n_f); k and n_f by least squares of the relative error for pen "
-        "up to c / 2",
-        "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, "
-        "Adv. Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
-        contact="line",
-        needs=CYLINDER_NEEDS,
-        trusted=(WIDE_ARC,),
-        notes="Has the rigid contact arc of persson, and is therefore 4.4 times as stiff as johnson at 1 um and 0.5 "
-        "mm clearance; compatible-fit is fitted to an elastic arc.  Continues as a power law beyond c / 2.  "
-        "contact.law exact gives the loss that energy conservation requires.",
-    ),
-    (Power,),
-    _make_fit,
+    "elastic conformal-fit: a power law fitted to persson",
+    "F_elastic = K_f pen^n_f, K_f = k E* L c^(1 - n_f); k and n_f by least squares of the relative error for pen up "
+    "to c / 2",
+    "in the manner of 'A continuous contact force model for planar revolute joint based on fitting method' 2017, Adv. "
+    "Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
+    types=(Power,),
+    make=_make_fit,
+    contact="line",
+    needs=CYLINDER_NEEDS,
+    trusted=(WIDE_ARC,),
+    notes="Has the rigid contact arc of persson, and is therefore 4.4 times as stiff as johnson at 1 um and 0.5 mm "
+    "clearance; compatible-fit is fitted to an elastic arc.  Continues as a power law beyond c / 2.  contact.law "
+    "exact gives the loss that energy conservation requires.",
     limit=lambda joint: FIT_END * joint.clearance,
     derived=lambda joint: derived_power(_make_fit(joint)) | {"contact.fit_residual": (fit_conformal_power()[2], "1")},
 )

@@ -19,7 +19,7 @@ add up to 0.  Split equally, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, only 
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, declared_law, ranged
+from ...contracts.catalogue import Field, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family, family_with_default, kernel
@@ -200,14 +200,12 @@ def _film_couples_unsheared(shear, motion, rotation, moment):
 
 
 register(
-    declared_law(
-        "film-friction none: no shear torque: the film's force acts through the centres",
-        "M_j = M_b = 0",
-        "a convention of multibody papers",
-        notes="The moment e F_t of the force is not balanced.  So film_loss depends on how fast both bodies turn "
-        "together and may be below 0.  For comparison with trajectories computed in this way.",
-    ),
-    (Unsheared,),
+    "film-friction none: no shear torque: the film's force acts through the centres",
+    "M_j = M_b = 0",
+    "a convention of multibody papers",
+    types=(Unsheared,),
+    notes="The moment e F_t of the force is not balanced.  So film_loss depends on how fast both bodies turn together "
+    "and may be below 0.  For comparison with trajectories computed in this way.",
 )
 
 
@@ -226,14 +224,12 @@ def petroff_drag(joint) -> float:
 
 
 register(
-    declared_law(
-        "film-friction petroff: shear as in a concentric bearing",
-        BALANCED + "2 pi mu R^3 L (w_j - w_b) / c",
-        "Petroff 1883 for C; the balance of moments for the rest",
-        notes="C does not depend on the eccentricity: it is the smallest drag of a full film.",
-    ),
-    (Petroff,),
-    lambda joint: Petroff(petroff_drag(joint)),
+    "film-friction petroff: shear as in a concentric bearing",
+    BALANCED + "2 pi mu R^3 L (w_j - w_b) / c",
+    "Petroff 1883 for C; the balance of moments for the rest",
+    types=(Petroff,),
+    make=lambda joint: Petroff(petroff_drag(joint)),
+    notes="C does not depend on the eccentricity: it is the smallest drag of a full film.",
 )
 
 
@@ -249,29 +245,25 @@ def _shear_couple_couette(shear, motion, rotation):
 
 
 register(
-    declared_law(
-        "film-friction sommerfeld: shear of a long, full film, with the moment of the film's own force",
-        BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
-        "Sommerfeld 1904; C = his couple on the journal, 4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) (1 - "
-        "eps^2)^(1/2)), less e F_t / 2 of his full film, 6 pi mu R^3 L w eps^2 / (c (2 + eps^2) (1 - eps^2)^(1/2))",
-        notes="C is that of butenschoen and is valid for any full film.",
-    ),
-    (Couette,),
-    lambda joint: Couette(petroff_drag(joint)),
+    "film-friction sommerfeld: shear of a long, full film, with the moment of the film's own force",
+    BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
+    "Sommerfeld 1904; C = his couple on the journal, 4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) (1 - "
+    "eps^2)^(1/2)), less e F_t / 2 of his full film, 6 pi mu R^3 L w eps^2 / (c (2 + eps^2) (1 - eps^2)^(1/2))",
+    types=(Couette,),
+    make=lambda joint: Couette(petroff_drag(joint)),
+    notes="C is that of butenschoen and is valid for any full film.",
 )
 
 
 register(
-    declared_law(
-        "film-friction butenschoen: shear of a filled gap, with the moment of the film's force",
-        BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
-        "after Butenschoen 1976: mu_f = psi (pi |w_j - w_b| / (|w| (1 - eps^2)^(1/2) So_D) + eps sin(beta) / 2), M = "
-        "mu_f So_D L D mu |w| R / psi^2, as in the public multibody program MBDyn",
-        notes="Exact for the pressure of any law that obeys Reynolds' equation, if oil fills the cavity; an empty "
-        "cavity has about half the drag.  For the journal of a bearing at rest this is the published formula.",
-    ),
-    (Couette,),
-    lambda joint: Couette(petroff_drag(joint)),
+    "film-friction butenschoen: shear of a filled gap, with the moment of the film's force",
+    BALANCED + "2 pi mu R^3 L (w_j - w_b) / (c (1 - eps^2)^(1/2))",
+    "after Butenschoen 1976: mu_f = psi (pi |w_j - w_b| / (|w| (1 - eps^2)^(1/2) So_D) + eps sin(beta) / 2), M = mu_f "
+    "So_D L D mu |w| R / psi^2, as in the public multibody program MBDyn",
+    types=(Couette,),
+    make=lambda joint: Couette(petroff_drag(joint)),
+    notes="Exact for the pressure of any law that obeys Reynolds' equation, if oil fills the cavity; an empty cavity "
+    "has about half the drag.  For the journal of a bearing at rest this is the published formula.",
 )
 
 
@@ -360,15 +352,13 @@ def asperity_depth(transition) -> float:
 
 
 register(
-    declared_law(
-        "transition ramp: linear transition from film to dry contact over a width",
-        "F = (1 - w) F_film + w F_dry, w = min(1, max(0, (e - clearance - from) / width))",
-        "after Ravn 1998, Multibody Syst. Dyn. 2:1, and Flores, Ambrosio, Claro & Lankarani 2006, as cited by others",
-        notes="The width should be a few times the roughness of the surfaces, 0.5 to 5 um, not a fraction of the "
-        "clearance.",
-    ),
-    (Ramp,),
-    lambda joint: Ramp(joint.film.begin, joint.film.width),
+    "transition ramp: linear transition from film to dry contact over a width",
+    "F = (1 - w) F_film + w F_dry, w = min(1, max(0, (e - clearance - from) / width))",
+    "after Ravn 1998, Multibody Syst. Dyn. 2:1, and Flores, Ambrosio, Claro & Lankarani 2006, as cited by others",
+    types=(Ramp,),
+    make=lambda joint: Ramp(joint.film.begin, joint.film.width),
+    notes="The width should be a few times the roughness of the surfaces, 0.5 to 5 um, not a fraction of the "
+    "clearance.",
 )
 
 
@@ -383,30 +373,28 @@ def _make_greenwood_tripp(joint) -> GreenwoodTripp:
 
 
 register(
-    declared_law(
-        "transition greenwood-tripp: asperities carry part of the load through the film, then as ramp",
-        "F = (1 - w) (F_film + F_asperities) + w F_dry, p_asperities = (16 sqrt(2) pi / 15) density^2 sharpness^(1/2) "
-        "E* F_5/2((h - mean_height) / roughness) over the arc, F_5/2(x) the integral of (s - x)^(5/2) exp(-s^2 / 2) / "
-        "(2 pi)^(1/2) over s > x, 1 / E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2",
-        "after Greenwood & Tripp 1970, Proc. Instn. Mech. Engrs. 185:625; the factor derived anew from Hertz's law for "
-        "a pair of paraboloids",
-        (
-            Field("roughness", "m", "standard deviation of the combined heights of both surfaces"),
-            Field("density", "1", "number of asperities per area, times tip radius, times roughness", default=0.05),
-            Field("sharpness", "1", "roughness divided by the tip radius of the asperities", default=0.01),
-            ranged(
-                "mean_height",
-                "m",
-                "mean height of the asperities of both surfaces above the zero of the film thickness; default: 0",
-                "[0, inf)",
-                optional=True,
-            ),
-            Field("modulus", "Pa", "contact modulus E* of both bodies; default: from contact.material", optional=True),
+    "transition greenwood-tripp: asperities carry part of the load through the film, then as ramp",
+    "F = (1 - w) (F_film + F_asperities) + w F_dry, p_asperities = (16 sqrt(2) pi / 15) density^2 sharpness^(1/2) E* "
+    "F_5/2((h - mean_height) / roughness) over the arc, F_5/2(x) the integral of (s - x)^(5/2) exp(-s^2 / 2) / (2 "
+    "pi)^(1/2) over s > x, 1 / E* = (1 - nu_1^2) / E_1 + (1 - nu_2^2) / E_2",
+    "after Greenwood & Tripp 1970, Proc. Instn. Mech. Engrs. 185:625; the factor derived anew from Hertz's law for a "
+    "pair of paraboloids",
+    (
+        Field("roughness", "m", "standard deviation of the combined heights of both surfaces"),
+        Field("density", "1", "number of asperities per area, times tip radius, times roughness", default=0.05),
+        Field("sharpness", "1", "roughness divided by the tip radius of the asperities", default=0.01),
+        ranged(
+            "mean_height",
+            "m",
+            "mean height of the asperities of both surfaces above the zero of the film thickness; default: 0",
+            "[0, inf)",
+            optional=True,
         ),
-        notes="Sources that take E' = 2 E* have half the factor.  F_5/2 is a fit, within 0.15 % from h = 0 to 4 "
-        "roughnesses; from 5 on asperities carry nothing.  Their load is elastic, and the joint's friction acts on "
-        "it. Their load counts as dry contact.",
+        Field("modulus", "Pa", "contact modulus E* of both bodies; default: from contact.material", optional=True),
     ),
-    (GreenwoodTripp,),
-    _make_greenwood_tripp,
+    types=(GreenwoodTripp,),
+    make=_make_greenwood_tripp,
+    notes="Sources that take E' = 2 E* have half the factor.  F_5/2 is a fit, within 0.15 % from h = 0 to 4 "
+    "roughnesses; from 5 on asperities carry nothing.  Their load is elastic, and the joint's friction acts on it. "
+    "Their load counts as dry contact.",
 )

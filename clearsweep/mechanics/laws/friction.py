@@ -5,7 +5,7 @@ The formula of some changes at some sliding speeds, so that steps end there.
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import MODEL, Field, Order, declared_law, ranged
+from ...contracts.catalogue import MODEL, Field, Order, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, family_with_default, kernel
@@ -172,27 +172,22 @@ def _friction_force_tanh(friction, normal, slip):
 
 
 contract.register(
-    declared_law(
-        "friction tanh: smooth Coulomb friction",
-        "T = -mu N tanh(slip / velocity_scale)",
-        "regularised Coulomb friction",
-        (COEFFICIENT, SCALE),
-        notes="Creeps where it should stick.",
-    ),
-    (Tanh,),
+    "friction tanh: smooth Coulomb friction",
+    "T = -mu N tanh(slip / velocity_scale)",
+    "regularised Coulomb friction",
+    (COEFFICIENT, SCALE),
+    types=(Tanh,),
+    notes="Creeps where it should stick.",
 )
 
 
 contract.register(
-    declared_law(
-        "friction coulomb: the same as tanh",
-        "T = -mu N sgn(slip), the sign smoothed to tanh(slip / velocity_scale)",
-        "Coulomb 1785; regularised",
-        (COEFFICIENT, SCALE),
-        notes="The jump at rest is smoothed: it creeps where it should stick; a smaller velocity_scale reduces this "
-        "creep.",
-    ),
-    (Tanh,),
+    "friction coulomb: the same as tanh",
+    "T = -mu N sgn(slip), the sign smoothed to tanh(slip / velocity_scale)",
+    "Coulomb 1785; regularised",
+    (COEFFICIENT, SCALE),
+    types=(Tanh,),
+    notes="The jump at rest is smoothed: it creeps where it should stick; a smaller velocity_scale reduces this creep.",
 )
 
 
@@ -213,19 +208,17 @@ def _force_in_piece_ambrosio(friction, piece, normal, slip):
 
 
 contract.register(
-    declared_law(
-        "friction ambrosio: Coulomb friction with a dead band",
-        "T = -mu N sgn(slip) min(1, max(0, (|slip| - v0) / (v1 - v0)))",
-        "Ambrosio 2003, in Virtual Nonlinear Multibody Systems, NATO Science Series 103",
-        (
-            COEFFICIENT,
-            ranged("v0", "m/s", "sliding speed below which there is no friction", "[0, inf)", role=MODEL),
-            Field("v1", "m/s", "sliding speed of full friction", role=MODEL),
-        ),
-        notes="No friction at all within the dead band: parts creep.",
-        orders=(Order("v0", "v1", "friction grows from v0 to v1"),),
+    "friction ambrosio: Coulomb friction with a dead band",
+    "T = -mu N sgn(slip) min(1, max(0, (|slip| - v0) / (v1 - v0)))",
+    "Ambrosio 2003, in Virtual Nonlinear Multibody Systems, NATO Science Series 103",
+    (
+        COEFFICIENT,
+        ranged("v0", "m/s", "sliding speed below which there is no friction", "[0, inf)", role=MODEL),
+        Field("v1", "m/s", "sliding speed of full friction", role=MODEL),
     ),
-    (Ambrosio,),
+    types=(Ambrosio,),
+    notes="No friction at all within the dead band: parts creep.",
+    orders=(Order("v0", "v1", "friction grows from v0 to v1"),),
 )
 
 
@@ -250,27 +243,24 @@ def _force_in_piece_threlfall(friction, piece, normal, slip):
 
 
 contract.register(
-    declared_law(
-        "friction threlfall: Coulomb friction with an exponential rise",
-        "T = -mu N sgn(slip) / divisor times 1 - exp(-3 |slip| / velocity_scale) up to velocity_scale, 0.95 above",
-        "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as cited by others, not compared with the paper",
-        (
-            COEFFICIENT,
-            Field("velocity_scale", "m/s", "sliding speed of full friction", role=MODEL),
-            ranged(
-                "divisor",
-                "1",
-                "divisor of the formula; 0.95: full friction is mu N; 1: it is 0.95 mu N, as in papers without the "
-                "divisor",
-                "[0.95, 1]",
-                default=0.95,
-            ),
+    "friction threlfall: Coulomb friction with an exponential rise",
+    "T = -mu N sgn(slip) / divisor times 1 - exp(-3 |slip| / velocity_scale) up to velocity_scale, 0.95 above",
+    "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as cited by others, not compared with the paper",
+    (
+        COEFFICIENT,
+        Field("velocity_scale", "m/s", "sliding speed of full friction", role=MODEL),
+        ranged(
+            "divisor",
+            "1",
+            "divisor of the formula; 0.95: full friction is mu N; 1: it is 0.95 mu N, as in papers without the divisor",
+            "[0.95, 1]",
+            default=0.95,
         ),
-        notes="It jumps by 0.02 % at velocity_scale, where the rise has reached 1 - exp(-3) = 0.950213.  Two forms "
-        "are in use.  The default is the rise over 0.95 and then mu N; divisor 1 is the rise alone and then 0.95 mu "
-        "N, 5 % lower throughout.  Creeps where it should stick.",
     ),
-    (Threlfall,),
+    types=(Threlfall,),
+    notes="It jumps by 0.02 % at velocity_scale, where the rise has reached 1 - exp(-3) = 0.950213.  Two forms are in "
+    "use.  The default is the rise over 0.95 and then mu N; divisor 1 is the rise alone and then 0.95 mu N, 5 % lower "
+    "throughout.  Creeps where it should stick.",
 )
 
 
@@ -294,20 +284,18 @@ def _force_in_piece_bengisu_akay(friction, piece, normal, slip):
 
 
 contract.register(
-    declared_law(
-        "friction bengisu-akay: static friction that falls to kinetic friction",
-        "T = -N sgn(slip) mu_s (1 - (|slip| - v)^2 / v^2) up to v = velocity_scale, "
-        "-N sgn(slip) (mu + (mu_s - mu) exp(-decay (|slip| - v))) above",
-        "after Bengisu & Akay 1994, J. Sound Vib. 171:557",
-        (
-            COEFFICIENT,
-            STATIC,
-            Field("velocity_scale", "m/s", "sliding speed at which the static friction is reached", role=MODEL),
-            ranged("decay", "s/m", "rate of the fall from static to kinetic friction", "[0, inf)"),
-        ),
-        notes="Creeps where it should stick.",
+    "friction bengisu-akay: static friction that falls to kinetic friction",
+    "T = -N sgn(slip) mu_s (1 - (|slip| - v)^2 / v^2) up to v = velocity_scale, -N sgn(slip) (mu + (mu_s - mu) "
+    "exp(-decay (|slip| - v))) above",
+    "after Bengisu & Akay 1994, J. Sound Vib. 171:557",
+    (
+        COEFFICIENT,
+        STATIC,
+        Field("velocity_scale", "m/s", "sliding speed at which the static friction is reached", role=MODEL),
+        ranged("decay", "s/m", "rate of the fall from static to kinetic friction", "[0, inf)"),
     ),
-    (BengisuAkay,),
+    types=(BengisuAkay,),
+    notes="Creeps where it should stick.",
 )
 
 
@@ -330,22 +318,20 @@ def _friction_force_brown_mcphee(friction, normal, slip):
 
 
 contract.register(
-    declared_law(
-        "friction brown-mcphee: smooth friction with the Stribeck effect, all derivatives continuous",
-        "T = -N (mu tanh(4 x) + (mu_s - mu) x / (x^2 / 4 + 3/4)^2 + viscous slip), x = slip / stribeck_velocity",
-        "after Brown & McPhee 2016, J. Comput. Nonlinear Dyn. 11:054502, as in public programs that quote it",
-        (
-            COEFFICIENT,
-            STATIC,
-            Field("stribeck_velocity", "m/s", "sliding speed at which the static friction is reached, v_t"),
-            VISCOUS,
-        ),
-        notes="At stribeck_velocity mu_s - 0.0007 mu, from there falling to mu, which is reached to 1 % of the "
-        "difference at twelve times that speed.  The paper's viscous part does not grow with the load; here it does, "
-        "as in the other laws.  Creeps where it should stick.",
-        orders=(KINETIC_FIRST,),
+    "friction brown-mcphee: smooth friction with the Stribeck effect, all derivatives continuous",
+    "T = -N (mu tanh(4 x) + (mu_s - mu) x / (x^2 / 4 + 3/4)^2 + viscous slip), x = slip / stribeck_velocity",
+    "after Brown & McPhee 2016, J. Comput. Nonlinear Dyn. 11:054502, as in public programs that quote it",
+    (
+        COEFFICIENT,
+        STATIC,
+        Field("stribeck_velocity", "m/s", "sliding speed at which the static friction is reached, v_t"),
+        VISCOUS,
     ),
-    (BrownMcPhee,),
+    types=(BrownMcPhee,),
+    notes="At stribeck_velocity mu_s - 0.0007 mu, from there falling to mu, which is reached to 1 % of the difference "
+    "at twelve times that speed.  The paper's viscous part does not grow with the load; here it does, as in the other "
+    "laws.  Creeps where it should stick.",
+    orders=(KINETIC_FIRST,),
 )
 
 
@@ -380,16 +366,14 @@ def _friction_force_stribeck(friction, normal, slip):
 
 
 contract.register(
-    declared_law(
-        "friction stribeck: smooth friction with the Stribeck effect and a viscous part",
-        "T = -N ((mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)) tanh(slip / velocity_scale) + viscous slip)",
-        "Stribeck 1902, Z. VDI 46:1341, in the form of Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica "
-        "30:1083; regularised",
-        (COEFFICIENT, STATIC, *STRIBECK, SCALE),
-        notes="Creeps where it should stick; velocity_scale should be well below stribeck_velocity, otherwise the "
-        "static friction is never reached.",
-    ),
-    (Stribeck,),
+    "friction stribeck: smooth friction with the Stribeck effect and a viscous part",
+    "T = -N ((mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape)) tanh(slip / velocity_scale) + viscous slip)",
+    "Stribeck 1902, Z. VDI 46:1341, in the form of Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica "
+    "30:1083; regularised",
+    (COEFFICIENT, STATIC, *STRIBECK, SCALE),
+    types=(Stribeck,),
+    notes="Creeps where it should stick; velocity_scale should be well below stribeck_velocity, otherwise the static "
+    "friction is never reached.",
 )
 
 
@@ -464,29 +448,24 @@ def _latched_karnopp(friction, event, contact, root):
 
 
 contract.register(
-    declared_law(
-        "friction karnopp: stick-slip: below a sliding speed the surfaces stick",
-        "above band: T = -N sgn(slip) (mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape) + viscous |slip|); "
-        "below: T stops the sliding, at most mu_s N either way, or the friction at the edge of the band if that is "
-        "larger",
-        "after Karnopp 1985, J. Dyn. Syst. Meas. Control 107:100; with the Stribeck effect",
-        (
-            COEFFICIENT,
-            STATIC,
-            *STRIBECK,
-            Field(
-                "band", "m/s", "sliding speed below which the surfaces stick; choose it well below stribeck_velocity"
-            ),
-        ),
-        has_state=True,
-        sticks=True,
-        notes="T in the band follows from the motion: it makes the sliding speed decay at the crank's rate.  The "
-        "remaining creep, below band, has no physical meaning.  The edge of the band is located; T jumps there.  "
-        "Static friction is bounded by the load alone, so surfaces start to slide when their load falls.",
-        orders=(
-            KINETIC_FIRST,
-            Order("band", "stribeck_velocity", "friction falls beyond what counts as sticking", equal=True),
-        ),
+    "friction karnopp: stick-slip: below a sliding speed the surfaces stick",
+    "above band: T = -N sgn(slip) (mu + (mu_s - mu) exp(-|slip / stribeck_velocity|^shape) + viscous |slip|); below: "
+    "T stops the sliding, at most mu_s N either way, or the friction at the edge of the band if that is larger",
+    "after Karnopp 1985, J. Dyn. Syst. Meas. Control 107:100; with the Stribeck effect",
+    (
+        COEFFICIENT,
+        STATIC,
+        *STRIBECK,
+        Field("band", "m/s", "sliding speed below which the surfaces stick; choose it well below stribeck_velocity"),
     ),
-    (Karnopp,),
+    types=(Karnopp,),
+    has_state=True,
+    sticks=True,
+    notes="T in the band follows from the motion: it makes the sliding speed decay at the crank's rate.  The "
+    "remaining creep, below band, has no physical meaning.  The edge of the band is located; T jumps there.  Static "
+    "friction is bounded by the load alone, so surfaces start to slide when their load falls.",
+    orders=(
+        KINETIC_FIRST,
+        Order("band", "stribeck_velocity", "friction falls beyond what counts as sticking", equal=True),
+    ),
 )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Field, Law, Merit, declared_law, ranged
+from ...contracts.catalogue import Field, Merit, ranged
 from ...tracing.compiled import calculus as math
 from . import loss
 from .bearings import elastic_of_elements
@@ -26,8 +26,10 @@ def _lossless(law, elastic, pen, rate, onset_rate):
 
 
 register(
-    declared_law("law hertz: no loss", "F = F_elastic", "Hertz 1881, J. reine angew. Math. 92:156"),
-    (Lossless,),
+    "law hertz: no loss",
+    "F = F_elastic",
+    "Hertz 1881, J. reine angew. Math. 92:156",
+    types=(Lossless,),
     free_restitution=lambda e: 1.0,
 )
 
@@ -53,10 +55,15 @@ def register_factor_law(
 ) -> None:
     """Register a law of this form with its chi(restitution), a function and its text; `further` goes to its Law."""
     register(
-        Law("law", name, summary, f"{FORCE_FORMULA}{chi_text}", source, (field,), uses_onset=True, **further),
-        (Hysteresis,),
-        lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
+        f"law {name}: {summary}",
+        f"{FORCE_FORMULA}{chi_text}",
+        source,
+        (field,),
+        types=(Hysteresis,),
+        make=lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
         free_restitution=lambda e: loss.hysteresis_rebound(chi(e)),
+        uses_onset=True,
+        **further,
     )
 
 
@@ -113,23 +120,21 @@ GIVEN_DAMPER = ranged(
 DAMPING_TEXT = "in place of `restitution`: the damper of F = K pen^n + D pen^n rate"
 
 register(
-    declared_law(
-        "law hunt-crossley: the oldest of its form, for restitution near 1, or with a given damper",
-        f"{FORCE_FORMULA}3 (1 - e) / 2; or F = F_elastic (1 + (damping / stiffness) rate)",
-        "Hunt & Crossley 1975, J. Appl. Mech. 42:440, eqs. 6 and 9",
-        (
-            loss.ANY_RESTITUTION._replace(optional=True),
-            GIVEN_DAMPER._replace(name="damping", unit="N*s/m^exponent+1", text=f"{DAMPING_TEXT}; `elastic: power`"),
-            GIVEN_DAMPER._replace(text=f"{DAMPING_TEXT}, over K"),
-        ),
-        notes="First-order exact as e -> 1; the restitution is never below 0.488.  Marhefka & Orin use the same.  With "
-        "a given damper every law of the form F_elastic (1 + chi rate / onset_rate) is this one; the restitution then "
-        "falls with the speed.",
-        uses_onset=True,
-        one_of=("restitution", "damping", "damping_factor"),
+    "law hunt-crossley: the oldest of its form, for restitution near 1, or with a given damper",
+    f"{FORCE_FORMULA}3 (1 - e) / 2; or F = F_elastic (1 + (damping / stiffness) rate)",
+    "Hunt & Crossley 1975, J. Appl. Mech. 42:440, eqs. 6 and 9",
+    (
+        loss.ANY_RESTITUTION._replace(optional=True),
+        GIVEN_DAMPER._replace(name="damping", unit="N*s/m^exponent+1", text=f"{DAMPING_TEXT}; `elastic: power`"),
+        GIVEN_DAMPER._replace(text=f"{DAMPING_TEXT}, over K"),
     ),
-    (Hysteresis, RateFactor),
-    _make_hunt_crossley,
+    types=(Hysteresis, RateFactor),
+    make=_make_hunt_crossley,
+    notes="First-order exact as e -> 1; the restitution is never below 0.488.  Marhefka & Orin use the same.  With a "
+    "given damper every law of the form F_elastic (1 + chi rate / onset_rate) is this one; the restitution then falls "
+    "with the speed.",
+    uses_onset=True,
+    one_of=("restitution", "damping", "damping_factor"),
     free_restitution=lambda e: None if e is None else loss.hysteresis_rebound(_hunt_crossley_chi(e)),
     derived=_restitution_by_speed,
 )
@@ -309,16 +314,14 @@ def approach_only_factor(e: float) -> float:
 
 
 register(
-    declared_law(
-        "law pant-wijeyewickrema: loss only during the approach, made for a linear spring",
-        "F = F_elastic (1 + chi rate / onset_rate) while rate > 0, else F_elastic; chi = 3 (1 - e^2) / (2 e^2)",
-        "after Pant & Wijeyewickrema 2012, Earthq. Eng. Struct. Dyn. 41:1709",
-        (loss.RESTITUTION,),
-        notes="Damped only while the bodies approach.  With damping in both phases, as also published, the "
-        "restitution would be 0.22 instead of 0.5.  The paper's elastic force is linear: write `exponent: 1`.",
-        uses_onset=True,
-    ),
-    (ApproachHysteresis,),
-    lambda joint: ApproachHysteresis(approach_only_factor(joint.contact.values["restitution"])),
+    "law pant-wijeyewickrema: loss only during the approach, made for a linear spring",
+    "F = F_elastic (1 + chi rate / onset_rate) while rate > 0, else F_elastic; chi = 3 (1 - e^2) / (2 e^2)",
+    "after Pant & Wijeyewickrema 2012, Earthq. Eng. Struct. Dyn. 41:1709",
+    (loss.RESTITUTION,),
+    types=(ApproachHysteresis,),
+    make=lambda joint: ApproachHysteresis(approach_only_factor(joint.contact.values["restitution"])),
+    notes="Damped only while the bodies approach.  With damping in both phases, as also published, the restitution "
+    "would be 0.22 instead of 0.5.  The paper's elastic force is linear: write `exponent: 1`.",
+    uses_onset=True,
     free_restitution=lambda e: loss.approach_hysteresis_rebound(approach_only_factor(e)),
 )

@@ -57,7 +57,7 @@ def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
     if digest not in contract.OWN_RECIPES:
         recipes: dict[tuple[str, str], contract.Recipe] = {}
         for law in records:
-            contract.register(**MAKERS[law.kind](law, description_of(law), digest)._asdict(), recipes=recipes)
+            contract.enter(MAKERS[law.kind](law, description_of(law), digest), recipes)
         contract.OWN_RECIPES[digest] = recipes
     return tuple(recipe.law for recipe in contract.OWN_RECIPES[digest].values())
 

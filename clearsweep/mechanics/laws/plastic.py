@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, declared_law, ranged
+from ...contracts.catalogue import Field, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
@@ -165,26 +165,23 @@ def _latched_yielding_sphere_or_plastic(law, event, contact, root):
 
 
 contract.register(
-    declared_law(
-        "law lankarani-nikravesh-plastic: yields during loading, unloads elastically from an indentation",
-        "F = F_elastic(pen) while pen deepens; below the deepest, pen_m, where it last turned back: "
-        "F = F_elastic((pen - pen_p) / e^2), pen_p = (1 - e^2) pen_m, 0 below pen_p; for a power n that is "
-        "F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, F_m = K pen_m^n",
-        "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; pen_p such that a free impact loses (1 - e^2) m v0^2 "
-        "/ 2",
-        (
-            loss.RESTITUTION,
-            ranged("yield_rate", "m/s", "onset rate up to which the contact is elastic", "[0, inf)", default=0.0),
-        ),
-        notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  With a "
-        "law that does not yield, the column J_yield_speed of the joint is the speed of first yield.  At separation "
-        "(pen < 0) pen_m is reset, so the next contact meets a fresh surface.  A journal that moves along the wall "
-        "within one contact carries its indentation along.  There pen < pen_p counts as contact without force, each "
-        "entry into it as a clip.  A contact that stays shakes down to an elastic one.",
-        yields=True,
+    "law lankarani-nikravesh-plastic: yields during loading, unloads elastically from an indentation",
+    "F = F_elastic(pen) while pen deepens; below the deepest, pen_m, where it last turned back: F = F_elastic((pen - "
+    "pen_p) / e^2), pen_p = (1 - e^2) pen_m, 0 below pen_p; for a power n that is F = F_m ((pen - pen_p) / (pen_m - "
+    "pen_p))^n, F_m = K pen_m^n",
+    "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; pen_p such that a free impact loses (1 - e^2) m v0^2 / 2",
+    (
+        loss.RESTITUTION,
+        ranged("yield_rate", "m/s", "onset rate up to which the contact is elastic", "[0, inf)", default=0.0),
     ),
-    (Plastic,),
-    lambda joint: Plastic(joint.contact.values["restitution"] ** 2, joint.contact.values["yield_rate"]),
+    types=(Plastic,),
+    make=lambda joint: Plastic(joint.contact.values["restitution"] ** 2, joint.contact.values["yield_rate"]),
+    notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  With a law "
+    "that does not yield, the column J_yield_speed of the joint is the speed of first yield.  At separation (pen < 0) "
+    "pen_m is reset, so the next contact meets a fresh surface.  A journal that moves along the wall within one "
+    "contact carries its indentation along.  There pen < pen_p counts as contact without force, each entry into it as "
+    "a clip.  A contact that stays shakes down to an elastic one.",
+    yields=True,
     free_restitution=lambda e: e,
 )
 
@@ -196,29 +193,29 @@ def yield_depth(joint) -> float:
 
 
 contract.register(
-    declared_law(
-        "law kogut-etsion: a ball in a socket that yields as a finite-element model of a sphere, from a hardness",
-        "F = F_elastic least(1, 1.03 x^-0.075, 1.40 x^-0.237, (3 / K) x^-0.5) while pen deepens, x = max(1, pen / "
-        "w_c), w_c = (pi K H / (2 E*))^2 R, K = 0.454 + 0.41 nu, R = R_b R_j / (R_b - R_j); below the deepest, pen_m, "
-        "where it last turned back: F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, n = 1.5 x_m^-0.0331, 0 below pen_p = "
-        "pen_m (1 - x_m^-0.28) (1 - x_m^-0.69)",
-        "after Kogut & Etsion 2002, J. Appl. Mech. 69:657 (loading; coefficients as in public programs that quote it) "
-        "and Etsion, Kligerman & Kadin 2005, Int. J. Solids Struct. 42:3716 (unloading; coefficients remembered)",
-        (Field("hardness", "Pa", "hardness H of the softer body"),),
-        needs=("material", "hertz"),
-        notes="The restitution decreases with speed: no energy is lost up to w_c.  Three pieces are published, F "
-        "/ F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  "
-        "They do not meet; here the least of them and Hertz's force acts, which is continuous: at most 3 % below the "
-        "first piece, up to x = 1.48, 2 % below the second, up to 6.7, and 8 % below the third, up to some 150 (nu = "
-        "0.3).  A Hertzian contact of the flattened radius would return more energy: restitutions up to 0.04 higher.  "
-        "Made for a sphere and a rigid flat; nu is the bearing's.  In a close-fitting socket "
-        "R and therefore w_c are large: where the derived contact.yield_depth passes the clearance nothing yields.  "
-        "At separation pen_m is reset, so the next contact meets a fresh surface.  Within a contact pen < pen_p "
-        "counts as contact without force, each entry into it as a clip.",
-        yields=True,
+    "law kogut-etsion: a ball in a socket that yields as a finite-element model of a sphere, from a hardness",
+    "F = F_elastic least(1, 1.03 x^-0.075, 1.40 x^-0.237, (3 / K) x^-0.5) while pen deepens, x = max(1, pen / w_c), "
+    "w_c = (pi K H / (2 E*))^2 R, K = 0.454 + 0.41 nu, R = R_b R_j / (R_b - R_j); below the deepest, pen_m, where it "
+    "last turned back: F = F_m ((pen - pen_p) / (pen_m - pen_p))^n, n = 1.5 x_m^-0.0331, 0 below pen_p = pen_m (1 - "
+    "x_m^-0.28) (1 - x_m^-0.69)",
+    "after Kogut & Etsion 2002, J. Appl. Mech. 69:657 (loading; coefficients as in public programs that quote it) and "
+    "Etsion, Kligerman & Kadin 2005, Int. J. Solids Struct. 42:3716 (unloading; coefficients remembered)",
+    (Field("hardness", "Pa", "hardness H of the softer body"),),
+    types=(YieldingSphere,),
+    make=lambda joint: YieldingSphere(
+        yield_depth(joint), 3.0 / hardness_factor(joint.contact.material.bearing.poisson)
     ),
-    (YieldingSphere,),
-    lambda joint: YieldingSphere(yield_depth(joint), 3.0 / hardness_factor(joint.contact.material.bearing.poisson)),
+    needs=("material", "hertz"),
+    notes="The restitution decreases with speed: no energy is lost up to w_c.  Three pieces are published, F / "
+    "F_elastic = 1.03 x^-0.075 for x = 1 to 6, 1.40 x^-0.237 to 110 and full plasticity, 2 pi R pen H, beyond.  They "
+    "do not meet; here the least of them and Hertz's force acts, which is continuous: at most 3 % below the first "
+    "piece, up to x = 1.48, 2 % below the second, up to 6.7, and 8 % below the third, up to some 150 (nu = 0.3).  A "
+    "Hertzian contact of the flattened radius would return more energy: restitutions up to 0.04 higher.  Made for a "
+    "sphere and a rigid flat; nu is the bearing's.  In a close-fitting socket R and therefore w_c are large: where "
+    "the derived contact.yield_depth passes the clearance nothing yields.  At separation pen_m is reset, so the next "
+    "contact meets a fresh surface.  Within a contact pen < pen_p counts as contact without force, each entry into it "
+    "as a clip.",
+    yields=True,
     derived=lambda joint: {"contact.yield_depth": (yield_depth(joint), "m")},
 )
 
@@ -256,17 +253,15 @@ def _make_tsuji(joint):
 
 
 contract.register(
-    declared_law(
-        "law tsuji: damped Hertzian spring with exactly the specified restitution",
-        "F = F_elastic + alpha sqrt(mass F_elastic / pen) rate, alpha = -sqrt(2 (n + 1)) ln e / sqrt(pi^2 + ln(e)^2); "
-        "for n = 1.5: F = K pen^1.5 + alpha sqrt(mass K) pen^0.25 rate with sqrt(5) in alpha",
-        "Tsuji, Tanaka & Ishida 1992, Powder Technol. 71:239; alpha by Antypov & Elliott 2011, EPL 94:50004",
-        (loss.RESTITUTION, MASS),
-        notes="Pulls before the surfaces part, and is not clipped: the restitution applies for a release at zero "
-        "penetration.  Exact for elastic: power; elsewhere n = 1.5 is in alpha.",
-    ),
-    (RootDamper,),
-    _make_tsuji,
+    "law tsuji: damped Hertzian spring with exactly the specified restitution",
+    "F = F_elastic + alpha sqrt(mass F_elastic / pen) rate, alpha = -sqrt(2 (n + 1)) ln e / sqrt(pi^2 + ln(e)^2); for "
+    "n = 1.5: F = K pen^1.5 + alpha sqrt(mass K) pen^0.25 rate with sqrt(5) in alpha",
+    "Tsuji, Tanaka & Ishida 1992, Powder Technol. 71:239; alpha by Antypov & Elliott 2011, EPL 94:50004",
+    (loss.RESTITUTION, MASS),
+    types=(RootDamper,),
+    make=_make_tsuji,
+    notes="Pulls before the surfaces part, and is not clipped: the restitution applies for a release at zero "
+    "penetration.  Exact for elastic: power; elsewhere n = 1.5 is in alpha.",
     free_restitution=lambda e: e,
 )
 
@@ -295,18 +290,16 @@ def jankowski_ratio(e: float) -> float:
 
 
 contract.register(
-    declared_law(
-        "law jankowski: Hertzian spring, damped only during the approach",
-        "F = F_elastic + 2 xi sqrt(mass F_elastic / pen) rate while rate > 0, else F_elastic; "
-        "xi = (9 sqrt(5) / 2) (1 - e^2) / (e (e (9 pi - 16) + 16))",
-        "after Jankowski 2005, Earthq. Eng. Struct. Dyn. 34:595, and 2006, 35:517",
-        (loss.RESTITUTION, MASS),
-        notes="Made for an exponent of 1.5; within 7 % of the specified restitution from 0.1 on, 1.1 % from 0.5 on.",
-    ),
-    (ApproachRootDamper,),
-    lambda joint: ApproachRootDamper(
+    "law jankowski: Hertzian spring, damped only during the approach",
+    "F = F_elastic + 2 xi sqrt(mass F_elastic / pen) rate while rate > 0, else F_elastic; xi = (9 sqrt(5) / 2) (1 - "
+    "e^2) / (e (e (9 pi - 16) + 16))",
+    "after Jankowski 2005, Earthq. Eng. Struct. Dyn. 34:595, and 2006, 35:517",
+    (loss.RESTITUTION, MASS),
+    types=(ApproachRootDamper,),
+    make=lambda joint: ApproachRootDamper(
         2.0 * jankowski_ratio(joint.contact.values["restitution"]) * math.sqrt(joint.contact.values["mass"])
     ),
+    notes="Made for an exponent of 1.5; within 7 % of the specified restitution from 0.1 on, 1.1 % from 0.5 on.",
     free_restitution=lambda e: loss.approach_damping_rebound(2.0 * jankowski_ratio(e) / math.sqrt(5.0)),
 )
 
@@ -334,34 +327,30 @@ def _make_anagnostopoulos(joint):
 
 
 contract.register(
-    declared_law(
-        "law anagnostopoulos: linear spring and damper from the restitution",
-        "F = k pen + c rate, c = 2 zeta sqrt(k mass), zeta = -ln e / sqrt(pi^2 + ln(e)^2)",
-        "Anagnostopoulos 1988, Earthq. Eng. Struct. Dyn. 16:443, and 2004, 33:897",
-        (SPRING, loss.RESTITUTION, MASS),
-        uses_elastic=False,
-        notes="The force jumps to c times the onset rate at contact, pulls before the surfaces part and is not "
-        "clipped.  The restitution applies for a release at zero penetration.  The law kelvin-voigt with the same "
-        "damping, clipped, has a larger restitution.",
-    ),
-    (PullingSpring,),
-    _make_anagnostopoulos,
+    "law anagnostopoulos: linear spring and damper from the restitution",
+    "F = k pen + c rate, c = 2 zeta sqrt(k mass), zeta = -ln e / sqrt(pi^2 + ln(e)^2)",
+    "Anagnostopoulos 1988, Earthq. Eng. Struct. Dyn. 16:443, and 2004, 33:897",
+    (SPRING, loss.RESTITUTION, MASS),
+    types=(PullingSpring,),
+    make=_make_anagnostopoulos,
+    uses_elastic=False,
+    notes="The force jumps to c times the onset rate at contact, pulls before the surfaces part and is not clipped.  "
+    "The restitution applies for a release at zero penetration.  The law kelvin-voigt with the same damping, clipped, "
+    "has a larger restitution.",
     free_restitution=lambda e: e,
 )
 
 
 contract.register(
-    declared_law(
-        "law kelvin-voigt-unclipped: linear spring and damper that pulls until the surfaces part",
-        "F = k pen + c rate",
-        "Kelvin-Voigt",
-        (SPRING, DAMPER),
-        uses_elastic=False,
-        notes="The force jumps to c times the onset rate at contact and pulls before the surfaces part.  The "
-        "restitution of a free impact is exp(-pi zeta / sqrt(1 - zeta^2)), zeta = c / (2 sqrt(k m)) < 1; from zeta = "
-        "1 on the surfaces never part.  A pulling force causes no friction.",
-    ),
-    (PullingSpring,),
+    "law kelvin-voigt-unclipped: linear spring and damper that pulls until the surfaces part",
+    "F = k pen + c rate",
+    "Kelvin-Voigt",
+    (SPRING, DAMPER),
+    types=(PullingSpring,),
+    uses_elastic=False,
+    notes="The force jumps to c times the onset rate at contact and pulls before the surfaces part.  The restitution "
+    "of a free impact is exp(-pi zeta / sqrt(1 - zeta^2)), zeta = c / (2 sqrt(k m)) < 1; from zeta = 1 on the "
+    "surfaces never part.  A pulling force causes no friction.",
 )
 
 
@@ -375,30 +364,26 @@ loss.register_contact_force(ViscousSpring, pulls=False, times_elastic=False)(_vi
 
 
 contract.register(
-    declared_law(
-        "law kelvin-voigt: linear spring and damper, clipped",
-        "F = max(0, k pen + c rate)",
-        "Kelvin-Voigt; clipped at zero",
-        (SPRING, DAMPER),
-        uses_elastic=False,
-        notes="The force jumps to c times the onset rate at contact and is clipped where it would pull.  The "
-        "restitution of a free impact is exp(-(zeta / w) atan2(2 zeta w, 2 zeta^2 - 1)), zeta = c / (2 sqrt(k m)) < 1, "
-        "w = sqrt(1 - zeta^2): more than exp(-pi zeta / w), which applies without clipping.  With zeta > 1 it is "
-        "exp(-2 zeta arcosh(zeta) / sqrt(zeta^2 - 1)), below exp(-2) = 0.135.",
-    ),
-    (ViscousSpring,),
+    "law kelvin-voigt: linear spring and damper, clipped",
+    "F = max(0, k pen + c rate)",
+    "Kelvin-Voigt; clipped at zero",
+    (SPRING, DAMPER),
+    types=(ViscousSpring,),
+    uses_elastic=False,
+    notes="The force jumps to c times the onset rate at contact and is clipped where it would pull.  The restitution "
+    "of a free impact is exp(-(zeta / w) atan2(2 zeta w, 2 zeta^2 - 1)), zeta = c / (2 sqrt(k m)) < 1, w = sqrt(1 - "
+    "zeta^2): more than exp(-pi zeta / w), which applies without clipping.  With zeta > 1 it is exp(-2 zeta "
+    "arcosh(zeta) / sqrt(zeta^2 - 1)), below exp(-2) = 0.135.",
 )
 
 
 contract.register(
-    declared_law(
-        "law ristow: elastic force and a constant damper, clipped",
-        "F = max(0, F_elastic + damping rate)",
-        "after Ristow 1992, J. Phys. I France 2:649",
-        (DAMPER,),
-        notes="The restitution depends on the speed.  The force jumps to damping times the onset rate at contact.",
-    ),
-    (ViscousSpring,),
+    "law ristow: elastic force and a constant damper, clipped",
+    "F = max(0, F_elastic + damping rate)",
+    "after Ristow 1992, J. Phys. I France 2:649",
+    (DAMPER,),
+    types=(ViscousSpring,),
+    notes="The restitution depends on the speed.  The force jumps to damping times the onset rate at contact.",
 )
 
 # ---------------------------------------------------------------------------------------------- damping over depth
@@ -417,14 +402,12 @@ def _root_viscous(law, elastic, pen, rate, onset_rate):
 
 
 contract.register(
-    declared_law(
-        "law kuwabara-kono: viscoelastic spheres, clipped",
-        "F = max(0, F_elastic + damping sqrt(pen) rate)",
-        "Kuwabara & Kono 1987, Jpn. J. Appl. Phys. 26:1230",
-        (ranged("damping", "N*s/m^1.5", "coefficient of the damper per square root of the penetration", "[0, inf)"),),
-        notes="The restitution depends on the speed and tends to 1 at low speed.  Made for an exponent of 1.5.",
-    ),
-    (RootViscous,),
+    "law kuwabara-kono: viscoelastic spheres, clipped",
+    "F = max(0, F_elastic + damping sqrt(pen) rate)",
+    "Kuwabara & Kono 1987, Jpn. J. Appl. Phys. 26:1230",
+    (ranged("damping", "N*s/m^1.5", "coefficient of the damper per square root of the penetration", "[0, inf)"),),
+    types=(RootViscous,),
+    notes="The restitution depends on the speed and tends to 1 at low speed.  Made for an exponent of 1.5.",
 )
 
 
@@ -450,13 +433,11 @@ def _stepped_damper(law, elastic, pen, rate, onset_rate):
 
 
 contract.register(
-    declared_law(
-        "law adams-impact: the IMPACT function of MSC Adams",
-        "F = max(0, F_elastic + damping step(pen) rate), step = 3 x^2 - 2 x^3 of x = min(1, pen / depth)",
-        "MSC Adams/Solver, functions IMPACT and STEP",
-        (DAMPER, Field("depth", "m", "penetration from which the full damping acts")),
-        notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  The "
-        "restitution depends on the speed.",
-    ),
-    (SteppedDamper,),
+    "law adams-impact: the IMPACT function of MSC Adams",
+    "F = max(0, F_elastic + damping step(pen) rate), step = 3 x^2 - 2 x^3 of x = min(1, pen / depth)",
+    "MSC Adams/Solver, functions IMPACT and STEP",
+    (DAMPER, Field("depth", "m", "penetration from which the full damping acts")),
+    types=(SteppedDamper,),
+    notes="With elastic: power its K and e are `stiffness` and `exponent`, c_max is `damping`, d is `depth`.  The "
+    "restitution depends on the speed.",
 )

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...contracts.catalogue import Range, declared_law
+from ...contracts.catalogue import Range
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
@@ -75,22 +75,18 @@ def _make_short(joint):
 
 
 register(
-    declared_law(
-        "film short: a short bearing: the oil flows along the pin",
-        "p = (3 mu / c^2) (L^2 / 4 - z^2) (w eps sin(theta) - 2 eps' cos(theta)) / (1 + eps cos(theta))^3 over the "
-        "half circle where p > 0, w = w_j + w_b - 2 gamma'; force in closed form",
-        "after Ocvirk 1952, NACA TN 2808, and Booker 1965, J. Basic Eng. 87:537; the integrals derived independently",
-        needs=("length",),
-        trusted=(
-            Range(
-                "length / diameter", 0.0, 0.5, "1", "it assumes flow along the pin only; a longer bearing carries less"
-            ),
-        ),
-        notes="At length / diameter 1 and eps = 0.8 its load is 3.2 times too large.  Pressure is 0 outside the half "
-        "circle: no suction.",
+    "film short: a short bearing: the oil flows along the pin",
+    "p = (3 mu / c^2) (L^2 / 4 - z^2) (w eps sin(theta) - 2 eps' cos(theta)) / (1 + eps cos(theta))^3 over the half "
+    "circle where p > 0, w = w_j + w_b - 2 gamma'; force in closed form",
+    "after Ocvirk 1952, NACA TN 2808, and Booker 1965, J. Basic Eng. 87:537; the integrals derived independently",
+    types=(Short,),
+    make=_make_short,
+    needs=("length",),
+    trusted=(
+        Range("length / diameter", 0.0, 0.5, "1", "it assumes flow along the pin only; a longer bearing carries less"),
     ),
-    (Short,),
-    _make_short,
+    notes="At length / diameter 1 and eps = 0.8 its load is 3.2 times too large.  Pressure is 0 outside the half "
+    "circle: no suction.",
 )
 
 
@@ -210,30 +206,30 @@ def _film_pressure_reynolds(law, motion):
 
 
 register(
-    declared_law(
-        "film reynolds: a bearing of finite length: Reynolds' equation in two dimensions, with a cavity",
-        "p >= 0, d/dx (h^3 dp/dx) + d/dz (h^3 dp/dz) = 6 mu (w dh/dphi + 2 dh/dt) where p > 0, w = w_j + w_b - 2 "
-        "gamma'; P = P_short exp(g(eps, s)), s = S / (S^2 + (1 - eps^2)^(1/2) W^2)^(1/2), S = 2 eps', W = w eps; F_r = "
-        "-dP/dS / c, F_t = dP/dW / c; g = sum of c_km t^m T_k(s), t = artanh(eps), for the joint's length / diameter",
-        "Reynolds 1886, Phil. Trans. R. Soc. 177:157, with the boundary condition of Swift 1932 and Stieber 1933; "
-        "solved and tabulated by docs/tools/film_table.py",
-        needs=("length",),
-        ranges=(
-            Range(
-                "length / diameter",
-                SHORTEST,
-                LONGEST,
-                "1",
-                "the equation is tabulated there; choose the law short for a shorter bearing, long for a longer one",
-            ),
-        ),
-        notes="Within 1 % of the equation's solution up to an eccentricity ratio of 0.97, in every direction of "
-        "motion, and within 2 % at 0.998; its largest pressure within 3 %, within a tenth while the film opens.  The "
-        "pressure dissipates energy in any motion.  The film begins wherever pressure can be above 0.  In published "
-        "tables it begins where it is thickest, which turns a light load on a long bearing by up to 5 deg.",
+    "film reynolds: a bearing of finite length: Reynolds' equation in two dimensions, with a cavity",
+    "p >= 0, d/dx (h^3 dp/dx) + d/dz (h^3 dp/dz) = 6 mu (w dh/dphi + 2 dh/dt) where p > 0, w = w_j + w_b - 2 gamma'; "
+    "P = P_short exp(g(eps, s)), s = S / (S^2 + (1 - eps^2)^(1/2) W^2)^(1/2), S = 2 eps', W = w eps; F_r = -dP/dS / "
+    "c, F_t = dP/dW / c; g = sum of c_km t^m T_k(s), t = artanh(eps), for the joint's length / diameter",
+    "Reynolds 1886, Phil. Trans. R. Soc. 177:157, with the boundary condition of Swift 1932 and Stieber 1933; solved "
+    "and tabulated by docs/tools/film_table.py",
+    types=(Reynolds,),
+    make=lambda joint: Reynolds(
+        RECIPES["film", "short"].make(joint), *tables_at(0.5 * joint.length / joint.bearing_radius)
     ),
-    (Reynolds,),
-    lambda joint: Reynolds(RECIPES["film", "short"].make(joint), *tables_at(0.5 * joint.length / joint.bearing_radius)),
+    needs=("length",),
+    ranges=(
+        Range(
+            "length / diameter",
+            SHORTEST,
+            LONGEST,
+            "1",
+            "the equation is tabulated there; choose the law short for a shorter bearing, long for a longer one",
+        ),
+    ),
+    notes="Within 1 % of the equation's solution up to an eccentricity ratio of 0.97, in every direction of motion, "
+    "and within 2 % at 0.998; its largest pressure within 3 %, within a tenth while the film opens.  The pressure "
+    "dissipates energy in any motion.  The film begins wherever pressure can be above 0.  In published tables it "
+    "begins where it is thickest, which turns a light load on a long bearing by up to 5 deg.",
 )
 
 
@@ -328,40 +324,38 @@ def _make_finite(joint):
 
 
 register(
-    declared_law(
-        "film finite: a bearing of finite length, fitted to solutions of Reynolds' equation",
-        "F_r = -(L D mu / psi^2) (So_D |w| cos(beta) + So_V eps'), F_t = (L D mu / psi^2) So_D w sin(beta), psi = c / "
-        "R, w = w_j + w_b - 2 gamma'; So_D = b^2 eps (pi^2 (1 - eps^2) + 16 eps^2)^(1/2) / (2 (1 - eps^2)^2) a1 (eps - "
-        "1) / (a2 + eps), So_V = 4 b^2 (1 - eps^2)^(-5/2) ((pi / 2 - arccos(eps) / 2) (1 + 2 eps^2) + 1.5 eps (1 - "
-        "eps^2)^(1/2)) a8 (1 - eps) / (-a9 - eps) with eps of the sign of eps', beta = arctan(pi (1 - eps^2)^(1/2) / "
-        "(2 eps)) (a3 + a4 eps + a5 eps^2 + a6 eps^3 + a7 eps^4), b = L / D, a1 to a9 polynomials of b",
-        "after Butenschoen 1976, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationaerer "
-        "Belastung, Karlsruhe; fits as in the public multibody program MBDyn",
-        needs=("length",),
-        ranges=(
-            Range(
-                "length / diameter",
-                0.0,
-                1.2,
-                "1",
-                "beyond, its fit of the squeeze changes sign and generates energy; choose the law reynolds, or long",
-            ),
+    "film finite: a bearing of finite length, fitted to solutions of Reynolds' equation",
+    "F_r = -(L D mu / psi^2) (So_D |w| cos(beta) + So_V eps'), F_t = (L D mu / psi^2) So_D w sin(beta), psi = c / R, "
+    "w = w_j + w_b - 2 gamma'; So_D = b^2 eps (pi^2 (1 - eps^2) + 16 eps^2)^(1/2) / (2 (1 - eps^2)^2) a1 (eps - 1) / "
+    "(a2 + eps), So_V = 4 b^2 (1 - eps^2)^(-5/2) ((pi / 2 - arccos(eps) / 2) (1 + 2 eps^2) + 1.5 eps (1 - "
+    "eps^2)^(1/2)) a8 (1 - eps) / (-a9 - eps) with eps of the sign of eps', beta = arctan(pi (1 - eps^2)^(1/2) / (2 "
+    "eps)) (a3 + a4 eps + a5 eps^2 + a6 eps^3 + a7 eps^4), b = L / D, a1 to a9 polynomials of b",
+    "after Butenschoen 1976, Das hydrodynamische, zylindrische Gleitlager endlicher Breite unter instationaerer "
+    "Belastung, Karlsruhe; fits as in the public multibody program MBDyn",
+    types=(Finite,),
+    make=_make_finite,
+    needs=("length",),
+    ranges=(
+        Range(
+            "length / diameter",
+            0.0,
+            1.2,
+            "1",
+            "beyond, its fit of the squeeze changes sign and generates energy; choose the law reynolds, or long",
         ),
-        trusted=(
-            Range(
-                "length / diameter",
-                0.125,
-                1.0,
-                "1",
-                "its fits of a steady wedge and of a pure squeeze are accurate within 7 %",
-            ),
-        ),
-        notes="It adds a wedge and a squeeze that were fitted separately.  With both, a closing film is up to a third "
-        "off.  From an eccentricity ratio of 0.6 on, an opening film may push where it should pull and so generate "
-        "energy; the message of such a case says so.  The law reynolds generates none.  This law gives no pressure.",
     ),
-    (Finite,),
-    _make_finite,
+    trusted=(
+        Range(
+            "length / diameter",
+            0.125,
+            1.0,
+            "1",
+            "its fits of a steady wedge and of a pure squeeze are accurate within 7 %",
+        ),
+    ),
+    notes="It adds a wedge and a squeeze that were fitted separately.  With both, a closing film is up to a third "
+    "off.  From an eccentricity ratio of 0.6 on, an opening film may push where it should pull and so generate "
+    "energy; the message of such a case says so.  The law reynolds generates none.  This law gives no pressure.",
 )
 
 
@@ -437,19 +431,16 @@ def _force_and_pressure_factors(joint):
 
 
 register(
-    declared_law(
-        "film long: a long bearing: the oil flows around the pin",
-        "p = (6 mu R^2 / c^2) (w eps sin(theta) (2 + eps cos(theta)) / ((2 + eps^2) H^2) + eps' / (eps H^2) + p_0), "
-        "H = 1 + eps cos(theta), over the half circle from tan(theta_1) = eps' (2 + eps^2) / (w eps) at whose ends it "
-        "is 0; w = w_j + w_b - 2 gamma'; force in closed form",
-        "Sommerfeld 1904's pressure over half the circumference, as in Pinkus & Sternlicht 1961; integrated "
-        "independently",
-        needs=("length",),
-        trusted=(LONG_BEARING,),
-        notes="Pressure counts only over the half circle; near its ends it can be negative while the film opens.",
-    ),
-    (Long,),
-    lambda joint: Long(*_force_and_pressure_factors(joint)),
+    "film long: a long bearing: the oil flows around the pin",
+    "p = (6 mu R^2 / c^2) (w eps sin(theta) (2 + eps cos(theta)) / ((2 + eps^2) H^2) + eps' / (eps H^2) + p_0), H = 1 "
+    "+ eps cos(theta), over the half circle from tan(theta_1) = eps' (2 + eps^2) / (w eps) at whose ends it is 0; w = "
+    "w_j + w_b - 2 gamma'; force in closed form",
+    "Sommerfeld 1904's pressure over half the circumference, as in Pinkus & Sternlicht 1961; integrated independently",
+    types=(Long,),
+    make=lambda joint: Long(*_force_and_pressure_factors(joint)),
+    needs=("length",),
+    trusted=(LONG_BEARING,),
+    notes="Pressure counts only over the half circle; near its ends it can be negative while the film opens.",
 )
 
 
@@ -482,18 +473,16 @@ def _film_force_pinkus_sternlicht(law, motion):
 
 
 register(
-    declared_law(
-        "film pinkus-sternlicht: a long bearing, in the form used in multibody dynamics",
-        "F_r = -6 mu L R^3 / c^2 |eps'| (4 k eps^2 +- (2 + eps^2) pi q) / ((2 + eps^2) (1 - eps^2)^(3/2)), F_t = 6 pi "
-        "mu L R^3 / c^2 eps w q / ((2 + eps^2) (1 - eps^2)^(1/2)), k^2 = (1 - eps^2) (w^2 / (4 eps'^2) + 1 / eps^2), q "
-        "= (k + 3) / (k + 3/2) and + for eps' > 0, q = k / (k + 3/2) and - for eps' < 0; w = w_j + w_b - 2 gamma'",
-        "after Pinkus & Sternlicht 1961, Theory of Hydrodynamic Lubrication, as reported by Ravn 1998 and Flores, "
-        "Ambrosio, Claro & Lankarani 2006; printed signs and brackets corrected so that F is continuous at eps' = 0",
-        needs=("length",),
-        trusted=(LONG_BEARING,),
-        notes="Approximates the law `long`: within 11 % while the film closes, off by 8 to 26 % while it opens and "
-        "more near eps = 1.  It gives no pressure.",
-    ),
-    (PinkusSternlicht,),
-    lambda joint: PinkusSternlicht(_force_and_pressure_factors(joint)[0]),
+    "film pinkus-sternlicht: a long bearing, in the form used in multibody dynamics",
+    "F_r = -6 mu L R^3 / c^2 |eps'| (4 k eps^2 +- (2 + eps^2) pi q) / ((2 + eps^2) (1 - eps^2)^(3/2)), F_t = 6 pi mu "
+    "L R^3 / c^2 eps w q / ((2 + eps^2) (1 - eps^2)^(1/2)), k^2 = (1 - eps^2) (w^2 / (4 eps'^2) + 1 / eps^2), q = (k "
+    "+ 3) / (k + 3/2) and + for eps' > 0, q = k / (k + 3/2) and - for eps' < 0; w = w_j + w_b - 2 gamma'",
+    "after Pinkus & Sternlicht 1961, Theory of Hydrodynamic Lubrication, as reported by Ravn 1998 and Flores, "
+    "Ambrosio, Claro & Lankarani 2006; printed signs and brackets corrected so that F is continuous at eps' = 0",
+    types=(PinkusSternlicht,),
+    make=lambda joint: PinkusSternlicht(_force_and_pressure_factors(joint)[0]),
+    needs=("length",),
+    trusted=(LONG_BEARING,),
+    notes="Approximates the law `long`: within 11 % while the film closes, off by 8 to 26 % while it opens and more "
+    "near eps = 1.  It gives no pressure.",
 )

@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Columns, Field, declared_law, ranged
+from ...contracts.catalogue import Columns, Field, ranged
 from ...language.errors import InputError
 from .contract import register, require
 from .elastic import hardness_factor, plane_strain_modulus
@@ -279,14 +279,12 @@ class Smooth(NamedTuple):
 
 
 register(
-    declared_law(
-        "roughness smooth: no roughness: the elastic law alone",
-        "pen = bulk(F)",
-        "the limit of surfaces whose scale goes to zero",
-        notes="The same as a joint without the section, except for the identity of the case.  For sweeps over rough "
-        "surfaces.",
-    ),
-    (Smooth,),
+    "roughness smooth: no roughness: the elastic law alone",
+    "pen = bulk(F)",
+    "the limit of surfaces whose scale goes to zero",
+    types=(Smooth,),
+    notes="The same as a joint without the section, except for the identity of the case.  For sweeps over rough "
+    "surfaces.",
 )
 
 
@@ -319,22 +317,20 @@ def _make_fractal(joint: Joint) -> Surface:
 
 
 register(
-    declared_law(
-        "roughness fractal: fractal surfaces, small spots plastic and large ones elastic",
-        "P = psi^((2-D)/2) [(4 sqrt(pi)/3) E* G^(D-1) D / (3-2D) a_L^(D/2) (a_L^((3-2D)/2) - a_c^((3-2D)/2)) + H D / "
-        "(2-D) a_L^(D/2) a_c^((2-D)/2)], a_c = G^2 / (H / (2 E*))^(2/(D-1)); P = psi^((2-D)/2) H D / (2-D) a_L for a_L "
-        "< a_c; its limit, a logarithm, at D = 3/2; psi^((2-D)/2) - (1 + psi^(-D/2))^(-(2-D)/D) = (2-D) / D",
-        "after Majumdar & Bhushan 1991, J. Tribol. 113:1; psi after Wang & Komvopoulos 1994, J. Tribol. 116:812",
-        (DIMENSION, SCALE, HARDNESS),
-        needs=NEEDED,
-        tables=(PROFILE,),
-        notes=f"{SERIES}  The areas a are real contact areas; papers that use those of Hertz have 4/(3 pi) instead of "
-        "4 sqrt(pi)/3.  An elastic spot here carries pi^1.5 = 5.57 times as much as one of kogut-etsion with the "
-        "same a, D and G, where a is the base of an asperity: do not compare the two at equal G.  E* is that of the "
-        "pair.  In this model small spots yield and large ones do not; kogut-etsion has the regimes between.",
-    ),
-    (Surface,),
-    _make_fractal,
+    "roughness fractal: fractal surfaces, small spots plastic and large ones elastic",
+    "P = psi^((2-D)/2) [(4 sqrt(pi)/3) E* G^(D-1) D / (3-2D) a_L^(D/2) (a_L^((3-2D)/2) - a_c^((3-2D)/2)) + H D / "
+    "(2-D) a_L^(D/2) a_c^((2-D)/2)], a_c = G^2 / (H / (2 E*))^(2/(D-1)); P = psi^((2-D)/2) H D / (2-D) a_L for a_L < "
+    "a_c; its limit, a logarithm, at D = 3/2; psi^((2-D)/2) - (1 + psi^(-D/2))^(-(2-D)/D) = (2-D) / D",
+    "after Majumdar & Bhushan 1991, J. Tribol. 113:1; psi after Wang & Komvopoulos 1994, J. Tribol. 116:812",
+    (DIMENSION, SCALE, HARDNESS),
+    types=(Surface,),
+    make=_make_fractal,
+    needs=NEEDED,
+    tables=(PROFILE,),
+    notes=f"{SERIES}  The areas a are real contact areas; papers that use those of Hertz have 4/(3 pi) instead of "
+    "4 sqrt(pi)/3.  An elastic spot here carries pi^1.5 = 5.57 times as much as one of kogut-etsion with the "
+    "same a, D and G, where a is the base of an asperity: do not compare the two at equal G.  E* is that of the "
+    "pair.  In this model small spots yield and large ones do not; kogut-etsion has the regimes between.",
     derived=derived_profile_values,
 )
 
@@ -383,23 +379,21 @@ def _make_kogut_etsion(joint: Joint) -> Surface:
 
 
 register(
-    declared_law(
-        "roughness kogut-etsion: fractal surfaces, spots elastic, elastic-plastic in two regimes, and plastic",
-        "P = integral of F(a) n(a) over a up to a_L, n = (D/2) psi^((2-D)/2) a_L^(D/2) a^(-(D+2)/2); F = F_c r^1.5 for "
-        "r < 1, 1.03 F_c r^1.425 up to 6, 1.40 F_c r^1.263 up to 110, 3 F_c r / K beyond; r = (a_c / a)^(D-1), a_c "
-        "= G^2 (2 E* / (K H))^(2/(D-1)), F_c r = (2/3) K H a / pi, K = 0.454 + 0.41 nu",
-        "after Kogut & Etsion 2002, J. Appl. Mech. 69:657, for one asperity, of radius a^(D/2) / (pi^2 G^(D-1)), "
-        "pressed G^(D-1) a^((2-D)/2) deep; spots as in Majumdar & Bhushan 1991, psi after Wang & Komvopoulos 1994.  In "
-        "the manner of Li, Han, Wang, Sun & Li 2018, Chin. J. Mech. Eng. 31:109, whose equations were not read",
-        (DIMENSION, SCALE, HARDNESS),
-        needs=NEEDED,
-        tables=(PROFILE,),
-        notes=f"{SERIES}  nu is the bearing's.  A spot's force jumps where the published fits meet, by 3 % at r = 1, "
-        "1.7 % at 6 and 7.9 % (nu 0.3) at 110; the sum over all spots does not.  a is the base of an asperity, a / "
-        "pi its elastic contact.  So an elastic spot carries 1 / pi^1.5 of one of fractal with the same a, D and G, "
-        "5.57 times less: do not compare the two at equal G.",
-    ),
-    (Surface,),
-    _make_kogut_etsion,
+    "roughness kogut-etsion: fractal surfaces, spots elastic, elastic-plastic in two regimes, and plastic",
+    "P = integral of F(a) n(a) over a up to a_L, n = (D/2) psi^((2-D)/2) a_L^(D/2) a^(-(D+2)/2); F = F_c r^1.5 for r "
+    "< 1, 1.03 F_c r^1.425 up to 6, 1.40 F_c r^1.263 up to 110, 3 F_c r / K beyond; r = (a_c / a)^(D-1), a_c = G^2 (2 "
+    "E* / (K H))^(2/(D-1)), F_c r = (2/3) K H a / pi, K = 0.454 + 0.41 nu",
+    "after Kogut & Etsion 2002, J. Appl. Mech. 69:657, for one asperity, of radius a^(D/2) / (pi^2 G^(D-1)), pressed "
+    "G^(D-1) a^((2-D)/2) deep; spots as in Majumdar & Bhushan 1991, psi after Wang & Komvopoulos 1994.  In the manner "
+    "of Li, Han, Wang, Sun & Li 2018, Chin. J. Mech. Eng. 31:109, whose equations were not read",
+    (DIMENSION, SCALE, HARDNESS),
+    types=(Surface,),
+    make=_make_kogut_etsion,
+    needs=NEEDED,
+    tables=(PROFILE,),
+    notes=f"{SERIES}  nu is the bearing's.  A spot's force jumps where the published fits meet, by 3 % at r = 1, "
+    "1.7 % at 6 and 7.9 % (nu 0.3) at 110; the sum over all spots does not.  a is the base of an asperity, a / "
+    "pi its elastic contact.  So an elastic spot carries 1 / pi^1.5 of one of fractal with the same a, D and G, "
+    "5.57 times less: do not compare the two at equal G.",
     derived=derived_profile_values,
 )

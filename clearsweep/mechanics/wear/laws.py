@@ -15,7 +15,7 @@ import numpy as np
 
 from ... import laws as recorded
 from ...contracts.case import Joint
-from ...contracts.catalogue import Field, Law, declared_law
+from ...contracts.catalogue import Field, Law
 from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled.family import inlined
@@ -97,30 +97,26 @@ def _make_wear_law(law_type, joint: Joint):
 
 
 register(
-    declared_law(
-        "wear archard: depth proportional to pressure and sliding distance",
-        "dh = k p |slip| dt",
-        "Archard 1953, J. Appl. Phys. 24:981",
-        notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A coefficient "
-        "without a unit, with a hardness, is that product, K = k H.",
-    ),
-    (Archard, RunningIn),
-    lambda joint: _make_wear_law(Archard, joint),
+    "wear archard: depth proportional to pressure and sliding distance",
+    "dh = k p |slip| dt",
+    "Archard 1953, J. Appl. Phys. 24:981",
+    types=(Archard, RunningIn),
+    make=lambda joint: _make_wear_law(Archard, joint),
+    notes="k in m^2/N; 1 mm^3/(N m) = 1e-9 m^2/N.  k times the hardness must be far below 1.  A coefficient without a "
+    "unit, with a hardness, is that product, K = k H.",
 )
 
 
 register(
-    declared_law(
-        "wear energy: depth proportional to the work of friction",
-        "dh = alpha tau |slip| dt, tau = p T / N the friction on the area",
-        "Fouvry, Liskiewicz, Kapsa, Hannel & Sauger 2003, Wear 255:287, worn volume over dissipated energy; that the "
-        "work is spread like the pressure is an assumption",
-        needs=("friction",),
-        notes="`coefficient` is alpha in m^3/J, the volume worn off a body per work of friction: with Coulomb "
-        "friction mu that of archard is mu alpha.  Energy in bristles counts as work until they return it.",
-    ),
-    (Energy, RunningIn),
-    lambda joint: _make_wear_law(Energy, joint),
+    "wear energy: depth proportional to the work of friction",
+    "dh = alpha tau |slip| dt, tau = p T / N the friction on the area",
+    "Fouvry, Liskiewicz, Kapsa, Hannel & Sauger 2003, Wear 255:287, worn volume over dissipated energy; that the work "
+    "is spread like the pressure is an assumption",
+    types=(Energy, RunningIn),
+    make=lambda joint: _make_wear_law(Energy, joint),
+    needs=("friction",),
+    notes="`coefficient` is alpha in m^3/J, the volume worn off a body per work of friction: with Coulomb friction mu "
+    "that of archard is mu alpha.  Energy in bristles counts as work until they return it.",
 )
 
 
@@ -245,18 +241,16 @@ def modulus_of(joint: Joint) -> float:
 
 
 register(
-    declared_law(
-        "pressure hertz-line: Hertzian line contact",
-        "half-width a = sqrt(4 f R / (pi E*)), f = F / length",
-        "Johnson 1985, Contact Mechanics, section 4.2(c)",
-        (MODULUS,),
-        needs=("modulus",),
-        trusted=(elastic.SMALL_ARC,),
-        notes="The default where `material` or `pressure_modulus` is given.  The arc is a / R_b on the bearing and a "
-        "/ R_j on the journal.",
-    ),
-    (HertzLine,),
-    lambda joint: HertzLine(math.sqrt(4.0 * elastic.relative_radius(joint) / (math.pi * modulus_of(joint)))),
+    "pressure hertz-line: Hertzian line contact",
+    "half-width a = sqrt(4 f R / (pi E*)), f = F / length",
+    "Johnson 1985, Contact Mechanics, section 4.2(c)",
+    (MODULUS,),
+    types=(HertzLine,),
+    make=lambda joint: HertzLine(math.sqrt(4.0 * elastic.relative_radius(joint) / (math.pi * modulus_of(joint)))),
+    needs=("modulus",),
+    trusted=(elastic.SMALL_ARC,),
+    notes="The default where `material` or `pressure_modulus` is given.  The arc is a / R_b on the bearing and a / "
+    "R_j on the journal.",
 )
 
 
@@ -300,14 +294,12 @@ peak_over_mean.member(UniformPressure)(lambda pressure, half_angle: 1.0)
 
 
 register(
-    declared_law(
-        "pressure mean: uniform over the contact arc",
-        "p = f / (2 R sin theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
-        "geometry of rigid circles; that the pressure is uniform over their arc is an assumption",
-        notes="The default where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc "
-        "follows only from the penetration.",
-    ),
-    (UniformPressure,),
+    "pressure mean: uniform over the contact arc",
+    "p = f / (2 R sin theta0), cos theta0 = c / (c + pen), f = F / length, R the radius of the body",
+    "geometry of rigid circles; that the pressure is uniform over their arc is an assumption",
+    types=(UniformPressure,),
+    notes="The default where neither `material` nor `pressure_modulus` is given.  Needs no modulus: the arc follows "
+    "only from the penetration.",
 )
 
 
@@ -358,15 +350,13 @@ def _peak_over_mean_winkler(pressure, half_angle):
 
 
 register(
-    declared_law(
-        "pressure winkler: proportional to the overlap of the circles",
-        "p = f (cos phi - cos theta0) / (R (theta0 - sin theta0 cos theta0)), cos theta0 = c / (c + pen), "
-        "f = F / length, R the radius of the body",
-        "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; the scale from the balance of forces",
-        notes="Needs no modulus: a thin layer on a stiff backing, which deforms only under the pressure on it.  The "
-        "arc is that of rigid circles.",
-    ),
-    (Winkler,),
+    "pressure winkler: proportional to the overlap of the circles",
+    "p = f (cos phi - cos theta0) / (R (theta0 - sin theta0 cos theta0)), cos theta0 = c / (c + pen), f = F / length, "
+    "R the radius of the body",
+    "elastic foundation: Johnson 1985, Contact Mechanics, section 4.3; the scale from the balance of forces",
+    types=(Winkler,),
+    notes="Needs no modulus: a thin layer on a stiff backing, which deforms only under the pressure on it.  The arc "
+    "is that of rigid circles.",
 )
 
 
@@ -483,18 +473,16 @@ peak_over_mean.member(Persson)(lambda pressure, half_angle: polynomial(PEAK_COEF
 
 
 register(
-    declared_law(
-        "pressure persson: conformal contact of like materials, over any arc up to its limiting angle",
-        "p R / f = 2 sqrt(b^2 - y^2) / (pi sqrt(1 + b^2) (1 + y^2)) + ln((w + r) / (w - r)) / (2 pi b^2 (1 + b^2)), "
-        "r = sqrt(b^2 - y^2), w = sqrt(b^2 + 1), b = tan(theta / 2), y = tan(phi / 2); "
-        "f = 2 pi E* c b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), f = F / length",
-        "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
-        "materials; the scale from the balance of forces",
-        (MODULUS,),
-        needs=("modulus",),
-        notes="The arc follows from the load, not from the penetration; a small one is that of Hertz.  The half-angle "
-        "cannot pass 84.83 degrees.  Bearing and journal have the same arc.",
-    ),
-    (Persson,),
-    lambda joint: Persson(modulus_of(joint)),
+    "pressure persson: conformal contact of like materials, over any arc up to its limiting angle",
+    "p R / f = 2 sqrt(b^2 - y^2) / (pi sqrt(1 + b^2) (1 + y^2)) + ln((w + r) / (w - r)) / (2 pi b^2 (1 + b^2)), r = "
+    "sqrt(b^2 - y^2), w = sqrt(b^2 + 1), b = tan(theta / 2), y = tan(phi / 2); f = 2 pi E* c b^2 (b^2 + 1) / (2 - "
+    "ln(b^2 + 1) - 2 b^4), f = F / length",
+    "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
+    "materials; the scale from the balance of forces",
+    (MODULUS,),
+    types=(Persson,),
+    make=lambda joint: Persson(modulus_of(joint)),
+    needs=("modulus",),
+    notes="The arc follows from the load, not from the penetration; a small one is that of Hertz.  The half-angle "
+    "cannot pass 84.83 degrees.  Bearing and journal have the same arc.",
 )
