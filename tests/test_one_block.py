@@ -150,8 +150,8 @@ def test_a_law_whose_description_does_not_fit_its_numbers_is_refused(recipes):
     hertz = recipes["law", "hertz"]
     with pytest.raises(TypeError, match="law 'hertz': is the name of a law of the package"):
         contract.enter(hertz)
+    silent = hertz.law._replace(name="silent", fields=(RESTITUTION,))
     with pytest.raises(TypeError, match="takes a restitution, but declares none that a free impact returns"):
-        silent = hertz.law._replace(name="silent", fields=(RESTITUTION,))
         contract.enter(hertz._replace(law=silent, free_restitution=None))
     with pytest.raises(TypeError, match="takes no stiffness for a spring of its own"):
         contract.enter(hertz._replace(law=hertz.law._replace(name="loose", uses_elastic=False)))
