@@ -21,13 +21,13 @@ from ...contracts.catalogue import (
     ranged,
 )
 from ...contracts.layout import is_along_output
-from ...contracts.machine import Bending, Body, BodyPoint, Elastic, Guide, Machine, Mount, Pin, Push, Slot
+from ...contracts.machine import Aim, Bending, Body, BodyPoint, Elastic, Guide, Machine, Mount, Pin, Push, Slot
 from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, Location, PlaceOutline
 from ...language.errors import InputError
 from . import planar
-from .drives import drive_keys
+from .drives import drive_keys, make_drive, visited_angles
 from .gears import FLANKED, GEAR_FIELDS, flanked_keys
-from .loads import CENTER_TEXT, along_axes, load_keys
+from .loads import CENTER_TEXT, LoadPoints, along_axes, load_keys, make_loads
 
 # ---------------------------------------------------------------------------------------------- gravity
 
@@ -51,13 +51,18 @@ def gravity_section(outline: Outline) -> Keys:
     return Keys("mechanism.gravity", "acceleration of gravity along x and y", fields, role=CONDITION)
 
 
-def downward_gravity(values: Mapping) -> float:
-    """Return the acceleration of gravity (m/s^2) along -y."""
-    return values["gravity"] if "gravity" in values else -values["gravity.1"]
+def machine_of(
+    case: Case, points: LoadPoints, joints: tuple, driven: str, aim: Aim, start: Mapping[str, float]
+) -> Machine:
+    """Return the machine of a case in the plane, with its drive, loads, housings and the angles that its run visits.
 
-
-def with_sideways_gravity(machine: Machine, values: Mapping) -> Machine:
-    """Return a machine on which gravity along x acts, if there is any, as a force at every centre of mass."""
+    points : its bodies, to which loads add points.  Gravity along x acts as a force at every centre of mass.
+    """
+    values, outline = case.mechanism.values, case.outline
+    loads, drive = make_loads(case.loads, points), make_drive(case.drive, outline)
+    gravity = values["gravity"] if "gravity" in values else -values["gravity.1"]
+    parts = points.bodies, joints, driven, drive, gravity, aim, start, loads, mounts_of(values, outline)
+    machine = Machine(*parts, visited=visited_angles(drive, case))
     acceleration = values.get("gravity.0", 0.0)
     if acceleration == 0.0:
         return machine
@@ -160,6 +165,24 @@ def joint_of(values, joint: JointOutline) -> Pin | Guide | Slot:
 def column_name(name: str) -> str:
     """Return a name in the form used in channels."""
     return name.replace("-", "_")
+
+
+def with_outline(
+    mechanism: Mechanism, outline: Outline, keys: Iterable[Keys], grounded: Iterable[str], names: tuple[str, str, str]
+) -> Mechanism:
+    """Return a mechanism of fixed bodies with the drive and the loads of a grid.
+
+    keys : its own sections; grounded : its joints at the ground; names : as for `channels_of`
+    """
+    joints = tuple(site.name for site in mechanism.joints)
+    assert mechanism.output is not None  # it has a drive
+    return mechanism._replace(
+        joints=outline.sites(mechanism.joints),
+        keys=(*keys, *keys_of(outline, dict.fromkeys(mechanism.bodies, ()), joints, grounded)),
+        channels=channels_of(mechanism.bodies, mechanism.output, names, outline),
+        free=outline.free,
+        length=outline.length,
+    )
 
 
 def keys_of(

@@ -1,8 +1,6 @@
 """Drives of a crank: their keys in a grid, and the records of a machine that they become."""
 
-import functools
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -208,21 +206,10 @@ def _zero_of(speeds: np.ndarray, torques: np.ndarray) -> float:
     return math.inf
 
 
-def with_visited_angles(machine_of: Callable[[case.Case], machine.Machine]) -> Callable[[case.Case], machine.Machine]:
-    """Return a function that gives the machine of a case with the crank angles that its run visits."""
-
-    @functools.wraps(machine_of)
-    def visiting(one_case: case.Case) -> machine.Machine:
-        described = machine_of(one_case)
-        return described._replace(visited=_visited_angles(described.drive, one_case))
-
-    return visiting
-
-
 _TIMES = 2001  # of a run, at which the angle of a crank with a given motion is computed
 
 
-def _visited_angles(drive: tuple, one_case: case.Case) -> tuple[float, float] | None:
+def visited_angles(drive: tuple, one_case: case.Case) -> tuple[float, float] | None:
     """Return the crank angles (rad from the start) between which a run stays, None for a whole revolution."""
     settings = one_case.simulate
     if settings.until or one_case.life:

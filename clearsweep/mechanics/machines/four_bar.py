@@ -2,20 +2,29 @@
 
 import math
 
-from ...contracts import catalogue
 from ...contracts.case import Case
+from ...contracts.catalogue import (
+    CHOICE,
+    FULL_OUTLINE,
+    Choice,
+    Field,
+    JointSite,
+    Keys,
+    Mechanism,
+    Outline,
+    Output,
+    ranged,
+)
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
-from .described import mounts_of
-from .drives import make_drive, with_visited_angles
-from .loads import LoadPoints, make_loads
+from .loads import LoadPoints
 
-_LENGTH = catalogue.Field("length", "m", "distance between the two pins of the body")
+_LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (
     _LENGTH,
-    catalogue.ranged("mass", "kg", "mass of the body", "[0, inf)"),
-    catalogue.ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
-    catalogue.ranged(
+    ranged("mass", "kg", "mass of the body", "[0, inf)"),
+    ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
+    ranged(
         "center",
         "m",
         "distance from the first pin (of the rocker: its ground pivot) to the centre of mass; default: half the length",
@@ -24,15 +33,15 @@ _LINK = (
     ),
 )
 _SITES = (
-    catalogue.JointSite("ground-crank", "ground", "crank"),
-    catalogue.JointSite("crank-coupler", "crank", "coupler"),
-    catalogue.JointSite("coupler-rocker", "coupler", "rocker", journal="coupler"),
-    catalogue.JointSite("rocker-ground", "rocker", "ground", journal="rocker"),
+    JointSite("ground-crank", "ground", "crank"),
+    JointSite("crank-coupler", "crank", "coupler"),
+    JointSite("coupler-rocker", "coupler", "rocker", journal="coupler"),
+    JointSite("rocker-ground", "rocker", "ground", journal="rocker"),
 )
 _BODIES = ("ground", "crank", "coupler", "rocker")
-_OUTPUT = catalogue.Output("rocker", "rad")
+_OUTPUT = Output("rocker", "rad")
 _OUTPUT_CHANNELS = ("place", "speed", "acceleration")
-_BRANCH = catalogue.Choice(
+_BRANCH = Choice(
     "branch",
     ("open", "crossed"),
     "side of the line from crank pin to rocker pivot on which the coupler's pin is; open: left, crossed: right",
@@ -40,38 +49,31 @@ _BRANCH = catalogue.Choice(
 )
 
 
-def _keys(outline: catalogue.Outline) -> tuple[catalogue.Keys, ...]:
+def _keys(outline: Outline) -> tuple[Keys, ...]:
     return (
-        catalogue.Keys(
+        Keys(
             "mechanism.ground",
             "fixed link, with the crank's pivot at the origin and the rocker's pivot at (length, 0)",
             (_LENGTH,),
-            role=catalogue.CHOICE,
+            role=CHOICE,
         ),
         *(
             section
             for body in _BODIES[1:]
             for section in (
-                catalogue.Keys(f"mechanism.{body}", f"the {body}", _LINK, role=catalogue.CHOICE),
+                Keys(f"mechanism.{body}", f"the {body}", _LINK, role=CHOICE),
                 *described.elastic_keys(f"mechanism.{body}", outline),
             )
         ),
         described.gravity_section(outline),
-        catalogue.Keys("mechanism", "", words=(_BRANCH,), role=catalogue.CHOICE),
+        Keys("mechanism", "", words=(_BRANCH,), role=CHOICE),
     )
 
 
-def with_outline(outline: catalogue.Outline) -> catalogue.Mechanism:
+def with_outline(outline: Outline) -> Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
-    joints = tuple(site.name for site in _SITES)
-    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints, (joints[0], joints[-1]))
-    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline)
-    return MECHANISM._replace(
-        joints=outline.sites(_SITES),
-        keys=(*_keys(outline), *sections),
-        free=outline.free,
-        length=outline.length,
-        channels=channels,
+    return described.with_outline(
+        MECHANISM, outline, _keys(outline), (_SITES[0].name, _SITES[-1].name), _OUTPUT_CHANNELS
     )
 
 
@@ -88,7 +90,6 @@ def closed_angles(values, angle: float) -> tuple[float, float]:
     return math.atan2(py, px), math.atan2(py - y, px - x)
 
 
-@with_visited_angles
 def machine(case: Case) -> Machine:
     """Return the four-bar of a case as a machine."""
     values = case.mechanism.values
@@ -105,16 +106,11 @@ def machine(case: Case) -> Machine:
         Pin("rocker-ground", BodyPoint("rocker", "first"), BodyPoint("ground", "second")),
     )
     coupler, rocker = closed_angles(values, case.drive.start_angle)
-    loads = make_loads(case.loads, LoadPoints(bodies, {}))
-    drive = make_drive(case.drive, case.outline)
     start = {"coupler": coupler, "rocker": rocker}
-    mounts = mounts_of(values, case.outline)
-    gravity = described.downward_gravity(values)
-    parts = bodies, pins, "ground-crank", drive, gravity, Aim("rocker"), start, loads, mounts
-    return described.with_sideways_gravity(Machine(*parts), values)
+    return described.machine_of(case, LoadPoints(bodies, {}), pins, "ground-crank", Aim("rocker"), start)
 
 
-MECHANISM = catalogue.Mechanism(
+MECHANISM = Mechanism(
     "four-bar",
     "crank, coupler and rocker; clearance in any of its four revolute joints",
     "Newton-Euler; ideal: the triangle of coupler, rocker and the line from crank pin to rocker pivot",
@@ -122,7 +118,7 @@ MECHANISM = catalogue.Mechanism(
     "The crank turns fully where ground, crank, coupler and rocker let it (Grashof).",
     bodies=_BODIES,
     joints=_SITES,
-    keys=_keys(catalogue.FULL_OUTLINE),
+    keys=_keys(FULL_OUTLINE),
     channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,

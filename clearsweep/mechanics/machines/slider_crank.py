@@ -18,9 +18,8 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, BodyPoint, Guide, Machine, Pin
 from . import described
-from .described import mounts_of, vibration_keys
-from .drives import make_drive, with_visited_angles
-from .loads import LoadPoints, make_loads
+from .described import vibration_keys
+from .loads import LoadPoints
 from .spatial import build as spatial
 
 # ---------------------------------------------------------------------------------------------- in space
@@ -177,20 +176,11 @@ def with_outline(outline: Outline) -> Mechanism:
     """Return the slider-crank with the drive and the loads of a grid."""
     if outline.spatial:
         return mechanism(outline, MECHANISM)
-    joints = tuple(site.name for site in MECHANISM.joints)
-    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints, ("ground-crank", "slider-ground"))
-    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline)
-    return MECHANISM._replace(
-        joints=outline.sites(MECHANISM.joints),
-        keys=(*_planar_keys(outline), *sections),
-        channels=channels,
-        free=outline.free,
-        length=outline.length,
-        orders=MECHANISM.orders if outline.length == "revolutions" else (),  # else it need not turn fully
-    )
+    grounded = "ground-crank", "slider-ground"
+    made = described.with_outline(MECHANISM, outline, _planar_keys(outline), grounded, _OUTPUT_CHANNELS)
+    return made if outline.length == "revolutions" else made._replace(orders=())  # else it need not turn fully
 
 
-@with_visited_angles
 def machine(case: Case) -> Machine:
     """Return the slider-crank of a case as a planar machine."""
     values = case.mechanism.values
@@ -204,12 +194,8 @@ def machine(case: Case) -> Machine:
     }
     sine = (offset - radius * math.sin(angle)) / length
     start = {"rod": math.asin(min(max(sine, -1.0), 1.0))}
-    loads = make_loads(case.loads, LoadPoints(bodies, {"slider": "pin"}))
-    drive, aim = make_drive(case.drive, case.outline), Aim("slider", "pin", 0.0)
-    mounts = mounts_of(values, case.outline)
-    gravity = described.downward_gravity(values)
-    parts = bodies, _joints("line"), "ground-crank", drive, gravity, aim, start, loads, mounts
-    return described.with_sideways_gravity(Machine(*parts), values)
+    points, aim = LoadPoints(bodies, {"slider": "pin"}), Aim("slider", "pin", 0.0)
+    return described.machine_of(case, points, _joints("line"), "ground-crank", aim, start)
 
 
 def _link(values, name: str, length: float) -> Body:

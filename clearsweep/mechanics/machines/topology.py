@@ -20,10 +20,9 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, Initial, Machine, Pin
 from . import described
-from .described import POSITION, joint_keys, joint_of, mounts_of, output_keys, pair_at, vibration_keys
-from .drives import make_drive, with_visited_angles
+from .described import POSITION, joint_keys, joint_of, output_keys, pair_at, vibration_keys
 from .gears import FLANKED, mesh_of, stops_of
-from .loads import LoadPoints, make_loads
+from .loads import LoadPoints
 from .spatial import build as spatial
 
 DRIVEN_TEXT = "the revolute joint that the drive turns; it connects the ground and the crank, or a wheel of its own"
@@ -228,7 +227,6 @@ def _keys(outline: Outline) -> Iterable[Keys]:
     yield from output_keys(outline)
 
 
-@with_visited_angles
 def machine(case: Case) -> Machine:
     """Return the machine of a case."""
     values, outline = case.mechanism.values, case.outline
@@ -254,12 +252,7 @@ def machine(case: Case) -> Machine:
     joints = (*joints, *map(stops_of, stopped))
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
-    loads = make_loads(case.loads, load_points)
-    drive = make_drive(case.drive, outline)
-    mounts = mounts_of(values, outline)
-    gravity = described.downward_gravity(values)
-    parts = bodies, joints, values["driven"], drive, gravity, aim, start, loads, mounts
-    return described.with_sideways_gravity(Machine(*parts), values)
+    return described.machine_of(case, load_points, joints, values["driven"], aim, start)
 
 
 MECHANISM = Mechanism(
