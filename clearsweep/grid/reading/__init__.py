@@ -1,11 +1,11 @@
 """Reads a document in the order in which its parts depend on each other."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ...contracts.catalogue import NUMERICS, Catalogue, FigureOutline, Mechanism
+from ...contracts.catalogue import NUMERICS, Catalogue, FigureOutline, Mechanism, Outline
 from ...contracts.layout import ALWAYS_STORED, Layout
 from ...language.errors import did_you_mean, nearest_words, quoted
 from ..keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word, has_keys_below
@@ -49,15 +49,22 @@ def read_keys(
         laws=catalogue.own_laws,
         figures=tuple(_figure_outline(name, entry, catalogue) for name, entry in own_figures.value.items()),
     )
-    mechanism = _find_mechanism(root, catalogue.mechanisms)
-    mechanism = mechanism.with_outline(outline) if mechanism.with_outline else mechanism
+    mechanism, keys_in_plane = _mechanism_and_keys_in_plane(root, catalogue, outline)
     root, library_numbers, unchecked_sections = replace_library_names(root, problems)
     all_keys = variations.keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue, [*own_figures.value])
     varied = [path for path, _ in varied_paths(root.value)]
     variations.with_carried_paths(all_keys, varied)
     varied_names = find_varied_names(varied, library_numbers, all_keys, unchecked_sections)
     searches = {search.name: search for search in catalogue.searches}
-    reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, varied_names=varied_names)
+    reader = Reader(
+        problems,
+        mechanism,
+        outline,
+        searches=searches,
+        defined=definitions,
+        varied_names=varied_names,
+        keys_in_plane=keys_in_plane,
+    )
     all_keys |= keys_of_names(varied_names)
     _read_section(reader, _with_figures(root, own_figures), "", all_keys)
     reader.written |= written_names(varied_names, root)
@@ -133,14 +140,23 @@ def _with_figures(root: WrittenValue, figures: WrittenValue) -> WrittenValue:
     return replace(root, value=others | ({FIGURES_SECTION.name: figures} if figures.value else {}))
 
 
-def _find_mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:
-    """Return the mechanism whose keys apply: the named one, or the most likely one if the name is wrong."""
+def _mechanism_and_keys_in_plane(
+    root: WrittenValue, catalogue: Catalogue, outline: Outline
+) -> tuple[Mechanism, Collection[str]]:
+    """Return the mechanism whose keys apply: the named one, or the most likely one if the name is wrong.
+
+    Of one in space the keys that it would have in the plane are returned, too.
+    """
     section = root.value.get("mechanism") if isinstance(root.value, dict) else None
     written_type = section.value.get("type") if section and isinstance(section.value, dict) else None
-    by_name = {mechanism.name: mechanism for mechanism in mechanisms}
+    by_name = {mechanism.name: mechanism for mechanism in catalogue.mechanisms}
     type_name = str(written_type.value) if written_type else ""
     candidates = [name for name in by_name if name == type_name or f"'{name}'" in did_you_mean(type_name, by_name)]
-    return by_name[candidates[0]] if candidates else mechanisms[0]
+    mechanism = by_name[candidates[0]] if candidates else catalogue.mechanisms[0]
+    if mechanism.with_outline is None:
+        return mechanism, ()
+    in_plane = mechanism.with_outline(outline._replace(spatial=False, axial=frozenset())) if outline.spatial else None
+    return mechanism.with_outline(outline), table_of_keys(in_plane, catalogue).keys() if in_plane else ()
 
 
 def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: KeyTable) -> None:
@@ -173,7 +189,9 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
         elif "." not in key_name and child_path in all_keys:
             _record_entry(reader, entry, child_path, all_keys)
         elif key_name not in allowed and not _report_invalid_names(reader, child_path, entry):
-            reader.problems.add(written.key_position(key_name), child_path, _unknown_key_text(path, key_name, allowed))
+            reader.problems.add(
+                written.key_position(key_name), child_path, _unknown_key_text(reader, path, key_name, allowed)
+            )
             # stops may be on a joint without clearance, in which nothing else is missing
             reader.unread_sections |= {path} if key_name == "stops" else set()
             misspelt_by_key |= {
@@ -218,7 +236,7 @@ def _report_invalid_names(reader: Reader, path: str, entry: WrittenValue) -> boo
     return bool(invalid)
 
 
-def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
+def _unknown_key_text(reader: Reader, path: str, key_name: str, allowed: list[str]) -> str:
     """Return the message for a key that does not belong in the section at `path`."""
     if path == "drive" and key_name in DRIVES:
         other_drive = next((drive for drive in DRIVES if drive in allowed), DRIVES[0])
@@ -246,6 +264,8 @@ def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
         return f"{elastic_text}; this one is rigid: leave `elastic` out"
     if key_name[:1].isdigit() and not any(name[:1].isdigit() for name in allowed):
         return f"unknown key '{key_name}'; write numbers with a decimal point, not a comma"
+    if (f"{path}.{key_name}" if path else key_name) in reader.keys_in_plane:
+        return f"'{key_name}' is possible only in the plane; leave it out, or leave `mechanism.spatial` out"
     allowed_text = f"(allowed: {', '.join(allowed)})" if allowed else "(this section allows no keys here)"
     return f"unknown key '{key_name}'{did_you_mean(key_name, allowed)} {allowed_text}"
 

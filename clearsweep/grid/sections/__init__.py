@@ -412,6 +412,7 @@ class Reader:
     values: dict[str, Any] = field(default_factory=dict)  # in SI; includes defaults of words
     axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
     varied_by: dict[str, str] = field(default_factory=dict)  # varied path -> the section that varies it
+    keys_in_plane: Collection[str] = ()  # of a mechanism in space: those of the same mechanism in the plane
     sample: Sample | None = None
     drawn_paths: tuple[str, ...] = ()  # the paths under `sample`
     distributions: dict[str, dict[str, Any]] = field(default_factory=dict)  # of drawn paths, SI
