@@ -230,7 +230,7 @@ def test_time_at_equal_error_lies_between_the_settings():
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_figure_is_written(results, tmp_path, ending):
-    path = verify.draw(results, tmp_path / f"error.{ending}")
+    path = text.draw(results, tmp_path / f"error.{ending}")
     assert path.stat().st_size > 10_000
 
 

@@ -74,10 +74,3 @@ def write(results: dict[str, Any], directory: str | Path) -> Path:
     page = directory / "accuracy.md"
     page.write_text(text.results_markdown(results), encoding="utf-8")
     return page
-
-
-def draw(results: dict[str, Any], path: str | Path) -> Path:
-    """Draw error against run time, one panel per problem, as SVG or PNG by the ending of `path`; return the path."""
-    from . import text
-
-    return text.draw(results, path)

@@ -1,6 +1,8 @@
 """The results of `verify` as text, as `accuracy.md`, and as the figure of error against run time."""
 
 import math
+import string
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +16,6 @@ from .comparisons import TITLES
 # The measurements as fixed-width text.
 
 
-HEADER = (
-    f"  {'method':<16}{'setting':>15}{'error, 1st half':>17}{'error, all':>12}{'events':>11}{'force peaks':>13}"
-    f"{'rhs':>10}{'steps':>9}{'time [ms/rev]':>15}"
-)
 EXPLANATION = (
     "error: largest deviation at the samples of angle / 0.05 rad, place / 0.05 m, angular rate / crank rate, speed /",
     "    (crank rate x crank length), over the first half of the run and all of it.  Motion with clearance is chaotic:",
@@ -91,23 +89,51 @@ def results_markdown(results: dict) -> str:
     )
 
 
+class _Cells(string.Formatter):
+    """Formats cells of a table; a missing number is '-'."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        return "-" if value is None else str(super().format_field(value, format_spec))
+
+
+def table_lines(columns: str, rows: Sequence[Mapping]) -> list[str]:
+    """Return rows as lines of a table, its first column to the left; columns : "head {field:format} | ..."."""
+    heads, fields = zip(*(column.split(" {", 1) for column in columns.split(" | ")), strict=True)
+    cells = [heads, *([_Cells().vformat(f"{{{field}", (), row) for field in fields] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = ([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])] for row in cells)
+    return [f"  {'  '.join(line)}".rstrip() for line in lines]
+
+
+MACHINES = (
+    "machine {title} | tolerance {tolerance:.0e} | error {error:.1e} | events {events}/{events_expected} | "
+    "their times {event_error:.1e} | rhs {rhs_evaluations} | time [ms] {ms:.3g}"
+)
+STIFFNESS = (
+    "case {name} | tolerance {explicit[tolerance]:.0e} | rhs {explicit[rhs_evaluations]} | "
+    "error {explicit[error]:.1e} | automatic {auto[tolerance]:.0e} | rhs {auto[rhs_evaluations]} | "
+    "error {auto[error]:.1e} | rhs ratio {evaluations_ratio:.3g} | time {run_time_ratio:.3g}"
+)
+CHOICES = (
+    "case {name} | tolerance {tolerance:.0e} | explicit {rhs_evaluations[explicit]} | "
+    "time [s] {processor_time[explicit]:.2g} | implicit {rhs_evaluations[implicit]} | "
+    "time [s] {processor_time[implicit]:.2g} | auto {rhs_evaluations[auto]} | time [s] {processor_time[auto]:.2g} | "
+    "ratio {over_better:.2f}"
+)
+PROBLEM = (
+    "method {method} | setting {setting} | error, 1st half {error_first_half:.1e} | error, all {error_whole:.1e} | "
+    "events {found} | force peaks {peak_error_first_half:.1e} | rhs {rhs_evaluations} | steps {steps} | "
+    "time [ms/rev] {ms_per_revolution:.3g}"
+)
+
+
 def machine_lines(table: dict) -> list[str]:
     """Return the lines that give error against run time on machines with known trajectories."""
-    lines = [
+    return [
         "machines with loads, free cranks, loops: largest error of a body's channel over its largest value, up to",
         "    where a comparison with the trajectory in quadruple precision is fair; time of the integration",
-        f"  {'machine':<42}{'tolerance':>10}{'error':>10}{'events':>9}{'their times':>17}{'rhs':>9}{'time [ms]':>11}",
+        *table_lines(MACHINES, [row | {"title": TITLES[row["name"]]} for row in table["rows"]]),
     ]
-    last_name = ""
-    for row in table["rows"]:
-        title = "" if row["name"] == last_name else TITLES[row["name"]]
-        events = f"{row['events']}/{row['events_expected']}"
-        lines.append(
-            f"  {title:<42}{row['tolerance']:>10.0e}{_error_text(row['error']):>10}{events:>9}"
-            f"{_error_text(row['event_error']):>17}{row['rhs_evaluations']:>9}{row['ms']:>11.3g}"
-        )
-        last_name = row["name"]
-    return lines
 
 
 COLUMNS = {  # heading, and what a unit of the column is in SI
@@ -120,18 +146,15 @@ COLUMNS = {  # heading, and what a unit of the column is in SI
 
 def convergence_lines(table: dict) -> list[str]:
     """Return the lines that give how statistics settle with tolerance and length of the run."""
-    lines = [
+    heads = (f"{COLUMNS[figure][0]} {{{figure}}}" for figure in table["figures"])
+    rows = [
+        row | {figure: _interval_text(row[figure], COLUMNS[figure][1]) for figure in table["figures"]}
+        for row in sorted(table["rows"], key=lambda row: row["revolutions"])
+    ]
+    return [
         f"convergence of statistics: {table['problem']} with wear, after {table['discard']} discarded revolutions; "
         "95 % intervals from blocks of revolutions",
-        "  revolutions  tolerance" + "".join(f"{COLUMNS[figure][0]:>23}" for figure in table["figures"]),
-    ]
-    for length in dict.fromkeys(row["revolutions"] for row in table["rows"]):
-        for row in table["rows"]:
-            if row["revolutions"] == length:
-                cells = [_interval_text(row[figure], COLUMNS[figure][1]) for figure in table["figures"]]
-                lines.append(f"  {length:>11}{row['tolerance']:>11.0e}" + "".join(f"{cell:>23}" for cell in cells))
-    return [
-        *lines,
+        *table_lines(" | ".join(("revolutions {revolutions}", "tolerance {tolerance:.0e}", *heads)), rows),
         "  Pointwise errors are above, for the first revolution only; later, runs at two tolerances are two samples",
         f"  of one motion.  {100.0 * table['within']:.0f} % of all pairs of tolerances agree within their intervals "
         f"(95 % expected), in {table['seconds']:.0f} s.",
@@ -162,41 +185,19 @@ def stability_lines(table: dict) -> list[str]:
 
 def stiffness_lines(table: dict) -> list[str]:
     """Return the lines that compare the automatic choice of the method with the explicit one."""
-    lines = [
+    worst = max(table["choices"], key=lambda row: row["over_better"])
+    return [
         "stiffness: the explicit method in stiff motion, against the automatic choice at the loosest tolerance,",
         "    by tens, at which its error is no larger (one revolution; each column of a Jacobian counts as one rhs)",
-        f"  {'case':<44}{'tolerance':>10}{'rhs':>10}{'error':>9}{'automatic':>11}{'rhs':>10}{'error':>9}"
-        f"{'rhs ratio':>11}{'time':>8}",
+        *table_lines(STIFFNESS, table["rows"]),
+        "",
+        "  all methods at equal tolerance: rhs and processor time; the automatic choice over the better of both",
+        *table_lines(CHOICES, table["choices"]),
+        f"  largest ratio {worst['over_better']:.2f}, {worst['name']} at {worst['tolerance']:.0e}",
+        "",
+        "  where the motion is not stiff, automatic over explicit, at the default tolerance:",
+        *table_lines("case {name} | rhs ratio {evaluations_ratio:.3f}", table["others"]),
     ]
-    for row in table["rows"]:
-        explicit, auto = row["explicit"], row["auto"]
-        ratios = (row["evaluations_ratio"], row["run_time_ratio"])
-        lines.append(
-            "  "
-            f"{row['name']:<44}{explicit['tolerance']:>10.0e}{explicit['rhs_evaluations']:>10}{_error_text(explicit['error']):>9}{auto['tolerance']:>11.0e}{auto['rhs_evaluations']:>10}{_error_text(auto['error']):>9}"
-            + "".join(f"{'-' if x is None else f'{x:.3g}':>{w}}" for x, w in zip(ratios, (11, 8), strict=True))
-        )
-    lines += ["", *choice_lines(table["choices"]), ""]
-    lines.append("  where the motion is not stiff, automatic over explicit, at the default tolerance:")
-    lines += [f"    {row['name']:<42}{row['evaluations_ratio']:>8.3f}" for row in table["others"]]
-    return lines
-
-
-def choice_lines(rows: list[dict]) -> list[str]:
-    """Return the lines that give how much longer the automatic choice takes than the better of the two methods."""
-    methods = ("explicit", "implicit", "auto")
-    lines = [
-        "  all methods at equal tolerance: rhs and processor time, in ms; the automatic choice over the better of both",
-        f"  {'case':<44}{'tolerance':>10}" + "".join(f"{name:>12}{'time':>9}" for name in methods) + f"{'ratio':>8}",
-    ]
-    for row in rows:
-        cells = ""
-        for name in methods:
-            seconds = row["processor_time"][name]
-            cells += f"{row['rhs_evaluations'][name]:>12}{'-' if seconds is None else f'{1e3 * seconds:.3g}':>9}"
-        lines.append(f"  {row['name']:<44}{row['tolerance']:>10.0e}{cells}{row['over_better']:>8.2f}")
-    worst = max(rows, key=lambda row: row["over_better"])
-    return [*lines, f"  largest ratio {worst['over_better']:.2f}, {worst['name']} at {worst['tolerance']:.0e}"]
 
 
 def _problem_lines(entry: dict) -> list[str]:
@@ -206,20 +207,15 @@ def _problem_lines(entry: dict) -> list[str]:
     else:
         revolutions_text = f"{entry['revolutions']:g} revolution" + ("" if entry["revolutions"] == 1 else "s")
         description = f"{revolutions_text}, {entry['events_expected']} contact events"
-    lines, last_method = [f"{entry['name']}: {entry['title']} ({description})", HEADER], None
-    for row in entry["rows"]:
-        lines.append(_row_text(row, "" if row["method"] == last_method else row["method"]))
-        last_method = row["method"]
-    return lines
-
-
-def _row_text(row: dict, method: str) -> str:
-    setting = f"tolerance {row['tolerance']:.0e}" if "tolerance" in row else f"step {row['step']:.0e} s"
-    events = f"{'=' if row['events_exact'] else ''}{row['events']}"
-    return (
-        "  "
-        f"{method:<16}{setting:>15}{_error_text(row['error_first_half']):>17}{_error_text(row['error_whole']):>12}{events:>11}{_error_text(row['peak_error_first_half']):>13}{row['rhs_evaluations']:>10}{row['steps']:>9}{row['ms_per_revolution']:>15.3g}"
-    )
+    rows = [
+        row
+        | {
+            "setting": f"tolerance {row['tolerance']:.0e}" if "tolerance" in row else f"step {row['step']:.0e} s",
+            "found": f"{'=' if row['events_exact'] else ''}{row['events']}",
+        }
+        for row in entry["rows"]
+    ]
+    return [f"{entry['name']}: {entry['title']} ({description})", *table_lines(PROBLEM, rows)]
 
 
 def _error_text(value: float | None) -> str:
@@ -301,6 +297,11 @@ def _draw_panel(panel: Axes, entry: dict[str, Any]) -> None:
     panel.set_title(f"{entry['name']}: {entry['title']}", fontsize=9)
     panel.yaxis.set_major_locator(LogLocator(base=100.0, numticks=12))
     panel.yaxis.set_minor_locator(NullLocator())
+    style_axes(panel)
+
+
+def style_axes(panel: Axes) -> None:
+    """Give axes a light grid and no box."""
     panel.grid(color="#dde3e8", linewidth=0.6)
     panel.set_axisbelow(True)
     for side in ("top", "right"):

@@ -11,7 +11,8 @@ from ...contracts.results import Trajectory
 from ...grid.cases import put_values
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, read_yaml, run, style_axes
+from ..text import style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, read_yaml, run
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Measured oblique impacts of a ball on a wall: effect of the friction law on rebound and spin.

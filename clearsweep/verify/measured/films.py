@@ -12,6 +12,7 @@ from ...mechanics.joints import registry
 from ...mechanics.joints.dry import Gap
 from ...mechanics.joints.lubricated import film_load
 from ...simulation.setup.scene import load_case
+from ..text import style_axes
 from .points import (
     LINE_STYLES,
     REFERENCE_STYLE,
@@ -21,7 +22,6 @@ from .points import (
     read_grid,
     read_reference,
     run,
-    style_axes,
 )
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -14,8 +14,9 @@ from ...mechanics.laws.friction import friction_force
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from ...sweeping.sweep import sweep
+from ..text import style_axes
 from . import films
-from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, run, style_axes
+from .points import COLOURS, REFERENCE_STYLE, Benchmark, Row, read_grid, read_reference, run
 
 CRANK_PIN = "Crank-pin rig"
 LOADS = (4.0, 8.0)  # kN

@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from ruamel.yaml import YAML
 
 from ...contracts.results import Trajectory
 from ...grid.cases import put_values
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
+from ..text import table_lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -140,12 +140,13 @@ PICTURE_FOLDER = "measured"  # folder of the pictures, next to the page
 
 def rows_text(rows: list[Row]) -> str:
     """Return the differences of each quantity of each benchmark from its reference."""
-    lines = [f"{'benchmark and quantity':<86}{'kind':<12}{'points':>7}{'rms':>12}{'largest':>12}  unit"]
+    spreads = []
     for group in group_rows(rows):
         name = ", ".join(filter(None, (group[0].benchmark, group[0].quantity, group[0].variant)))
         rms, largest = difference_spread(group)
-        numbers = f"{len(group):>7}{rms:>12.3g}{largest:>12.3g}"
-        lines.append(f"{name:<86}{group[0].kind:<12}{numbers}  {group[0].unit}")
+        spreads.append(group[0]._asdict() | {"name": name, "points": len(group), "rms": rms, "largest": largest})
+    columns = "benchmark and quantity {name} | kind {kind} | points {points} | rms {rms:.3g} | largest {largest:.3g}"
+    lines = table_lines(f"{columns} | unit {{unit}}", spreads)
     count = len({row[:5] for row in rows})
     lines.append(f"{count} points; rms and largest: of the difference, computed minus reference")
     return "\n".join(lines)
@@ -264,11 +265,3 @@ LINE_STYLES: dict[str, dict[str, Any]] = {
     "finite": {"color": COLOURS[1], "linestyle": "--"},
     "short": {"color": COLOURS[2], "linestyle": ":"},
 }
-
-
-def style_axes(panel: Axes) -> None:
-    """Give axes a light grid and no box."""
-    panel.grid(color="#dde3e8", linewidth=0.6)
-    panel.set_axisbelow(True)
-    for side in ("top", "right"):
-        panel.spines[side].set_visible(False)
