@@ -22,7 +22,7 @@ from clearsweep.report.study import prepare
 from clearsweep.simulation.machine.ideal import size_warnings
 from clearsweep.simulation.setup import scene
 from clearsweep.verify import check
-from clearsweep.verify.stability import acceleration_at_stops, reduced_machine_mass
+from clearsweep.verify.stability import acceleration_at_stops, reduced_mass
 
 TRUTH = json.loads(Path(__file__).with_name("one_sided_play.json").read_text())
 INPUT, PAIR = TRUTH["input"], TRUTH["gear_pair"]
@@ -517,7 +517,7 @@ def test_the_mass_of_a_bound_is_that_of_the_wheel_on_the_line_of_action():
     for tree, expected in ((coupling(), INPUT["inertia_kg_m2"]), (flap(), 2e-3)):
         case_scene = clearsweep.load_case(tree)
         (layout,) = case_scene.layout.joints
-        assert reduced_machine_mass(case_scene, layout) == pytest.approx(expected, rel=1e-9)
+        assert reduced_mass(case_scene, layout) == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_way_between_stops_is_no_clearance():

@@ -38,7 +38,7 @@ MAX_OSCILLATIONS = 5e4  # largest number of oscillations in contact per revoluti
 Section = dict[str, Any]  # of a grid, in SI
 
 
-Levels = dict[str, float]  # factor -> level
+Levels = dict[str, Any]  # factor -> level: a number, or a word
 
 
 class ExtremeCase(NamedTuple):
@@ -84,19 +84,11 @@ def slider_crank_grid(  # noqa: PLR0913 - parameters that differ between cases, 
     joint: Section = {"clearance": clearance, "bearing_radius": 0.01, "contact": contact or contact_section()}
     if friction:
         joint["friction"] = friction
-    return {
-        "mechanism": {
-            "type": "slider-crank",
-            "crank": {"length": 0.05, "mass": 0.3 * mass_factor, "inertia": 1e-4 * mass_factor},
-            "rod": {"length": 0.12, "mass": 0.21 * mass_factor, "inertia": 2.5e-4 * mass_factor},
-            "slider": {"mass": slider_mass * mass_factor},
-            "gravity": gravity,
-        },
-        "drive": {"speed": speed * math.pi / 30.0},
-        "joints": {JOINT_BY_LETTER[letter]: dict(joint) for letter in opening},
-        "simulate": {"revolutions": 2, "discard": 0, "start": start},
-        "save": {"orbits": "none"},
-    }
+    levels = {"speed": speed, "mass": mass_factor}
+    mechanism = _slider_crank(levels, mass=slider_mass * mass_factor) | {"gravity": gravity}
+    joints = {JOINT_BY_LETTER[letter]: dict(joint) for letter in opening}
+    simulation = {"revolutions": 2, "discard": 0, "start": start}
+    return _machine_grid(levels, mechanism, joints, {}) | {"simulate": simulation, "save": {"orbits": "none"}}
 
 
 def impact_pair_grid(
@@ -116,12 +108,12 @@ def impact_pair_grid(
 
 
 def balanced_levels(
-    generator: np.random.Generator, factors: Mapping[str, Sequence[float]], count: int
+    generator: np.random.Generator, factors: Mapping[str, Sequence[Any]], count: int
 ) -> Iterator[Levels]:
     """Yield `count` combinations of the levels of all factors: each level as often as the others, in random order."""
     columns = {name: generator.permutation(np.tile(values, count // len(values))) for name, values in factors.items()}
     for row in range(count):
-        yield {name: float(column[row]) for name, column in columns.items()}
+        yield {name: column[row].item() for name, column in columns.items()}
 
 
 def extreme_cases() -> list[ExtremeCase]:
@@ -195,19 +187,12 @@ def _mixed_cases() -> Iterator[ExtremeCase]:
         mass_factor = 10.0 ** generator.uniform(-2.0, 2.0)
         restitution = float(generator.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0]))
         coefficient, gravity = float(generator.choice([0.0, 0.05, 0.3, 1.0])), float(generator.choice([0.0, 9.81]))
-        load = 0.65 * mass_factor * (gravity + 0.05 * (speed * math.pi / 30.0) ** 2)
-        min_stiffness = max(1e5, load / 5e-4**1.5)  # penetration of half a millimetre
-        # the frequency of small oscillations, sqrt(1.5 K^(2/3) F^(1/3) / m), times the duration of a revolution
-        max_stiffness = (
-            (MAX_OSCILLATIONS * speed / 60.0 * 2.0 * math.pi) ** 2 * 0.14 * mass_factor / (1.5 * load ** (1.0 / 3.0))
-        ) ** 1.5
-        max_stiffness = min(max(max_stiffness, min_stiffness), 1e14)
-        stiffness = min_stiffness * (max_stiffness / min_stiffness) ** generator.uniform()
+        levels = {"speed": speed, "mass": mass_factor, "restitution": restitution, "softness": generator.uniform()}
         friction = tanh_section(coefficient, 1e-2) if coefficient else None
         grid = slider_crank_grid(
             opening,
             speed=speed,
-            contact=contact_section(stiffness, restitution),
+            contact=_contact(levels, _load(levels, gravity)),
             clearance=clearance,
             mass_factor=mass_factor,
             friction=friction,
@@ -340,25 +325,20 @@ def machine_cases() -> list[ExtremeCase]:
         "elastic rod": _elastic_rod_grid,
     }
     text = "{}/{:02d} {speed:g} rpm, {clearance:.0e} m, e {restitution:g}, load {load:g}"
-    return _drawn_cases(
-        "machines",
-        (MACHINE_SEED, CASES_PER_MACHINE),
-        families,
-        lambda name, number, levels: text.format(name, number, **levels),
-    )
+    return _drawn_cases("machines", (MACHINE_SEED, CASES_PER_MACHINE), families, text)
 
 
 def _drawn_cases(
-    factors: str,
-    seed_and_count: tuple[int, int],
-    families: Mapping[str, Callable[[Levels], Section]],
-    name_of: Callable[[str, int, Levels], str],
+    factors: str, seed_and_count: tuple[int, int], families: Mapping[str, Callable[[Levels], Section]], text: str
 ) -> list[ExtremeCase]:
-    """Return as many cases of each family, with the levels of `factors` drawn by a seed; name_of : (family, number)."""
+    """Return as many cases of each family, with the levels of `factors` drawn by a seed.
+
+    text : their names, with family, number and levels in place of braces
+    """
     seed, count = seed_and_count
     generator, levels_of_factors = np.random.default_rng(seed), read_levels()["factors"][factors]
     return [
-        ExtremeCase(name_of(name, number, levels), family(levels))
+        ExtremeCase(text.format(name, number, **levels), family(levels))
         for name, family in families.items()
         for number, levels in enumerate(balanced_levels(generator, levels_of_factors, count))
     ]
@@ -370,15 +350,16 @@ def _link(name: str, levels: Levels) -> Section:
     return {"length": length, "mass": mass * levels["mass"], "inertia": inertia * levels["mass"]}
 
 
-def _load(levels: Levels) -> float:
+def _load(levels: Levels, gravity: float = 9.81) -> float:
     """Return the load (N) of weight and inertia on a joint, to an order."""
-    return 0.65 * levels["mass"] * (9.81 + 0.05 * (levels["speed"] * math.pi / 30.0) ** 2)
+    return 0.65 * levels["mass"] * (gravity + 0.05 * (levels["speed"] * math.pi / 30.0) ** 2)
 
 
 def _contact(levels: Levels, load: float, deepest: float = 5e-4) -> Section:
     """Return the contact at the `softness` of its range of stiffness.
 
-    In the range the penetration under the `load` (N) is at most `deepest` (m), and there are at most MAX_OSCILLATIONS.
+    In the range the penetration under the `load` (N) is at most `deepest` (m), and there are at most MAX_OSCILLATIONS:
+    small ones have the frequency sqrt(1.5 K^(2/3) F^(1/3) / m).
     """
     rate, min_stiffness = levels["speed"] * math.pi / 30.0, max(1e5, load / deepest**1.5)
     max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * SLIDER_MASS * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
@@ -482,12 +463,7 @@ def spatial_cases() -> list[ExtremeCase]:
     """Return all cases."""
     families = {name: functools.partial(_spatial_grid, form=form) for name, form in FORMS.items()}
     text = "in space/{} {} {speed:g} rpm, {clearance:.0e} m, e {restitution:g}, tilt {tilt:g}"
-    return _drawn_cases(
-        "spatial",
-        (SPATIAL_SEED, CASES_PER_FORM),
-        families,
-        lambda name, number, levels: text.format(name, number, **levels),
-    )
+    return _drawn_cases("spatial", (SPATIAL_SEED, CASES_PER_FORM), families, text)
 
 
 def _axial_sections(levels: Levels, *, flange: bool) -> Section:
@@ -532,38 +508,28 @@ def _spatial_grid(levels: Levels, form: tuple[str, str, bool]) -> Section:
 FILM_SEED, FILMS_PER_FAMILY = 20261123, 15
 FILM_RADIUS, FILM_LENGTH = 0.02, 0.04  # m
 SLIDER_MASS = 0.14  # kg
-FILM_LAWS = ("finite", "short", "long", "pinkus-sternlicht", "reynolds")
-FILM_OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
 
 
 def film_cases() -> list[ExtremeCase]:
     """Return all cases."""
-
-    def name_of(name: str, number: int, levels: Levels) -> str:
-        law, joints = FILM_LAWS[int(levels["law"])], " and ".join(FILM_OPENINGS[int(levels["opening"])])
-        text = "{speed:g} rpm, {clearance:.0e} m, load {scarcity:g}".format(**levels)
-        return f"{name}/{number:02d} {law} in {joints}, {text}"
-
     families = {name: functools.partial(_film_grid, dry=name == "mixed film") for name in ("film", "mixed film")}
-    return _drawn_cases("films", (FILM_SEED, FILMS_PER_FAMILY), families, name_of)
+    text = "{}/{:02d} {law} in {joints}, {speed:g} rpm, {clearance:.0e} m, load {scarcity:g}"
+    return _drawn_cases("films", (FILM_SEED, FILMS_PER_FAMILY), families, text)
 
 
 def _film_grid(levels: Levels, *, dry: bool) -> Section:
-    """Return the grid of a slider-crank with films, and with dry contact behind them if `dry`."""
-    joint = _film_joint(levels, _load(levels), dry=dry)
-    joints = dict.fromkeys(FILM_OPENINGS[int(levels["opening"])], joint)
-    return _machine_grid(levels, _slider_crank(levels), joints, {}) | {"save": {"orbits": "none"}}
+    """Return the grid of a slider-crank with films, and with dry contact behind them if `dry`.
 
-
-def _film_joint(levels: Levels, load: float, *, dry: bool) -> Section:
-    """Return a joint whose film at half its clearance carries `load` (N) over the scarcity at the crank's speed."""
-    rate, clearance = levels["speed"] * math.pi / 30.0, levels["clearance"]
+    The film at half its clearance carries the load over the scarcity at the crank's speed.
+    """
+    rate, clearance, load = levels["speed"] * math.pi / 30.0, levels["clearance"], _load(levels)
     # N per Pa s, for length / diameter 1, to an order
     capacity = 2.6 * FILM_LENGTH * FILM_RADIUS**3 / clearance**2 * rate
-    film: Section = {"law": FILM_LAWS[int(levels["law"])], "viscosity": load / (levels["scarcity"] * capacity)}
+    film: Section = {"law": levels["law"], "viscosity": load / (levels["scarcity"] * capacity)}
     joint: Section = {"clearance": clearance, "bearing_radius": FILM_RADIUS, "length": FILM_LENGTH, "film": film}
-    if not dry:
-        return joint
-    film["transition"] = {"width": levels["width"]}
-    joint["contact"] = _contact(levels, load)
-    return joint | ({"friction": tanh_section(levels["friction"], 1e-2)} if levels["friction"] else {})
+    if dry:
+        film["transition"] = {"width": levels["width"]}
+        joint |= {"contact": _contact(levels, load)}
+        joint |= {"friction": tanh_section(levels["friction"], 1e-2)} if levels["friction"] else {}
+    joints = dict.fromkeys(levels["joints"].split(" and "), joint)
+    return _machine_grid(levels, _slider_crank(levels), joints, {}) | {"save": {"orbits": "none"}}

@@ -45,7 +45,6 @@ from typing import Any
 import numpy as np
 
 from .. import grid
-from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
 from ..contracts.layout import JointLayout
 from ..contracts.machine import Constant, Machine, Motor
@@ -289,10 +288,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0)
         factor *= rate if type(impact) is RateFactor else min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
-        if case_scene.machine:
-            mass = reduced_machine_mass(case_scene, joint_layout)
-        else:
-            mass = _reduced_mass(case_scene.case, joint_layout.name)
+        mass = reduced_mass(case_scene, joint_layout)
         energies.append(_damped_energy(mass, rate, factor))
         load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name_in_machine, 0.0)  # N
         load += LOAD_FACTOR * mass * acceleration_at_stops(case_scene, case_joint, joint) if case_joint.stops else 0.0
@@ -301,7 +297,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
     shares = []
     for (joint_layout, _, joint), load in zip(dry_joints, loads, strict=True):
         max_depth = penetration_bound(joint.elastic, sum(energies), load)
-        max_depth += joint.corners.end if type(joint) in (Lubricated,) else 0.0
+        max_depth += joint.corners.end if type(joint) is Lubricated else 0.0
         max_depth += max(-joint.radial_clearance, 0.0) if isinstance(joint, Rolling) else 0.0
         shares.append(summary[f"{joint_layout.name}_penetration_max"] / max_depth if max_depth > 0.0 else 0.0)
     return max(shares, default=0.0)
@@ -344,12 +340,14 @@ def _damped_energy(mass: float, rate: float, factor: float) -> float:
 _MACHINE_MASSES: dict[tuple, float] = {}  # kg; variants of a case share most of them
 
 
-def reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) -> float:
-    """Return the largest reduced mass (kg) of a machine's joint, the others closed, its crank driven at its speed.
+def reduced_mass(case_scene: scene.Scene, joint_layout: JointLayout) -> float:
+    """Return the largest reduced mass (kg) of a joint, the others closed, the crank driven at its speed.
 
     For a guide it is the total moving mass: only its block is struck there, and a rod that pushes it.
     """
-    assert case_scene.machine is not None  # called for machines only
+    if case_scene.machine is None:  # two bodies on a line
+        first, second = (case_scene.case.mechanism.values[f"masses.{k}"] for k in range(2))
+        return float(first * second / (first + second))
     index = case_scene.layout.joints.index(joint_layout)
     name, term = case_scene.case.joints[index].name_in_machine, case_scene.value.joints[index]
     if joint_layout.corners and not joint_layout.flanked:
@@ -399,30 +397,3 @@ def _built_with_gap(machine: Machine, name: str, term: Any) -> tuple[contract.Bu
     """Return a machine in which only this joint is open, and its gap at the start."""
     built = planar.build(machine, {name: term}, {name: (0.0, 0.0)})
     return built, contract.gaps(built.value, contract.pose_at(built.value, built.start))[0]
-
-
-def _reduced_mass(case: Case, name: str) -> float:
-    """Return the largest reduced mass (kg) of a joint, the others closed, over crank angles and directions."""
-    values = case.mechanism.values
-    if case.drive is None:
-        first, second = values["masses.0"], values["masses.1"]
-        return float(first * second / (first + second))
-    length, center = values["rod.length"], values["rod.center"]
-    rod_mass, rod_inertia = values["rod.mass"], values["rod.inertia"]
-    slider_mass, crank_mass = values["slider.mass"], values["crank.mass"]
-    largest = 0.0
-    for angle in ANGLES:
-        sin = -values["crank.length"] * math.sin(angle) / length
-        cos = math.sqrt(1.0 - sin**2)
-        gap_rate = np.array([[length * sin, 1.0], [-length * cos, 0.0]])  # its rate, from those of rod angle and slider
-        if name == "rod_slider":
-            mass = np.diag([rod_inertia + rod_mass * center**2, slider_mass])
-        else:
-            arm = length - center
-            centre_rate = np.array([[arm * sin, 1.0], [-arm * cos, 0.0]])
-            mass = rod_mass * centre_rate.T @ centre_rate + np.diag([rod_inertia, slider_mass])
-        if name == "ground_crank":
-            mass = mass + crank_mass * gap_rate.T @ gap_rate
-        inverse = np.linalg.inv(gap_rate)
-        largest = max(largest, np.linalg.eigvalsh(inverse.T @ mass @ inverse)[-1])
-    return float(largest)

@@ -205,16 +205,14 @@ def worn_in_grid(kind: str) -> dict[str, Any]:
     return source | {"life": {"limit": WORN_DEPTH, "joint": "crank-rod"}}
 
 
+run_wear = functools.partial(run, failure="a worn joint did not run")
+
+
 @functools.cache
 def worn_in_profiles() -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return the (nodes,) revolutions and (nodes, bins) depths (m) of both kinds of WORN_IN_CONTACTS."""
     histories = {kind: run_wear(worn_in_grid(kind)).history for kind in WORN_IN_CONTACTS}
     return {kind: (history["revolutions"], history["crank_rod/profile_bearing"]) for kind, history in histories.items()}
-
-
-def run_wear(source: dict[str, Any]) -> Trajectory:
-    """Return the run of a grid.  Raise RuntimeError if it fails."""
-    return run(source, "a worn joint did not run")
 
 
 def deepest_wear_position(trajectory: Trajectory) -> float:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,13 @@ def bearing_grid(
     return read_grid("rig", {"joints.film": joint, "drive.speed": speed, **forces, **length})
 
 
-def run_bearing(source: dict[str, Any]) -> Trajectory:
-    """Return the run of a grid.  Raise RuntimeError if it fails."""
-    return run(source, "a rig did not run")
+def film_joint(law: str, viscosity: float, slenderness: float, radius: float, clearance: float) -> dict[str, Any]:
+    """Return a joint of this length / diameter that has a film and no contact law."""
+    film = {"law": law, "viscosity": viscosity}
+    return {"clearance": clearance, "bearing_radius": radius, "length": 2.0 * radius * slenderness, "film": film}
+
+
+run_bearing = partial(run, failure="a rig did not run")
 
 
 def attitude(trajectory: Trajectory) -> float:
@@ -85,8 +90,7 @@ def load_of(slenderness: float, sommerfeld: float) -> float:
 
 def grid_of(law: str, slenderness: float, sommerfeld: float) -> dict[str, Any]:
     """Return the grid of a bearing of this length / diameter under its load."""
-    film = {"law": law, "viscosity": VISCOSITY}
-    joint = {"clearance": CLEARANCE, "bearing_radius": RADIUS, "length": 2.0 * RADIUS * slenderness, "film": film}
+    joint = film_joint(law, VISCOSITY, slenderness, RADIUS, CLEARANCE)
     return bearing_grid(joint, SPEED, load_of(slenderness, sommerfeld), mass=MASS, revolutions=REVOLUTIONS)
 
 

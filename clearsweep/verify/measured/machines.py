@@ -113,12 +113,6 @@ def short_film_viscosity(ratio: float, speed: float) -> float:
     return MASS * GRAVITY * 4.0 * CLEARANCE**2 / (RADIUS * speed * length**3 * shape)
 
 
-def film_joint(law: str, viscosity: float, slenderness: float, radius: float, clearance: float) -> dict[str, Any]:
-    """Return a joint that has a film and no contact law."""
-    film = {"law": law, "viscosity": viscosity}
-    return {"clearance": clearance, "bearing_radius": radius, "length": 2.0 * radius * slenderness, "film": film}
-
-
 def whirl_grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
     """Return the grid of a housing on its film, next to its equilibrium at `speed` (rad/s): that of a massless housing
     under the same load.
@@ -167,7 +161,7 @@ def measure_whirl(*, quick: bool = False) -> list[Row]:
     for point in list(speeds)[2:3] if quick else speeds:
         threshold_speed = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
         viscosity = short_film_viscosity(float(point.split()[-1]), threshold_speed)
-        film = film_joint("short", viscosity, SLENDERNESS, RADIUS, CLEARANCE)
+        film = films.film_joint("short", viscosity, SLENDERNESS, RADIUS, CLEARANCE)
         source = whirl_grid(film, threshold_speed, MASS)
         onset = seek_threshold(source, (0.94 * threshold_speed, 1.06 * threshold_speed))
         values[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
@@ -182,7 +176,7 @@ def _plain_bearings() -> list[Row]:
     for point, *_ in table.points:
         clearance = 1e-6 * float(point.split()[-2])
         reference_speed = math.sqrt(GRAVITY / clearance)
-        film = film_joint("reynolds", 0.0524, 1.0, 0.0127, clearance)
+        film = films.film_joint("reynolds", 0.0524, 1.0, 0.0127, clearance)
         source = whirl_grid(film, 2.5 * reference_speed, 66.278 / GRAVITY)
         onset = seek_threshold(source, (2.0 * reference_speed, 3.2 * reference_speed))
         values[point, "threshold speed"] = onset / reference_speed
