@@ -352,7 +352,7 @@ def _link(name: str, levels: Levels) -> Section:
 
 def _load(levels: Levels, gravity: float = 9.81) -> float:
     """Return the load (N) of weight and inertia on a joint, to an order."""
-    return 0.65 * levels["mass"] * (gravity + 0.05 * (levels["speed"] * math.pi / 30.0) ** 2)
+    return float(0.65 * levels["mass"] * (gravity + 0.05 * (levels["speed"] * math.pi / 30.0) ** 2))
 
 
 def _contact(levels: Levels, load: float, deepest: float = 5e-4) -> Section:

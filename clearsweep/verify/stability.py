@@ -297,7 +297,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
     shares = []
     for (joint_layout, _, joint), load in zip(dry_joints, loads, strict=True):
         max_depth = penetration_bound(joint.elastic, sum(energies), load)
-        max_depth += joint.corners.end if type(joint) is Lubricated else 0.0
+        max_depth += joint.corners.end if type(joint) in (Lubricated,) else 0.0
         max_depth += max(-joint.radial_clearance, 0.0) if isinstance(joint, Rolling) else 0.0
         shares.append(summary[f"{joint_layout.name}_penetration_max"] / max_depth if max_depth > 0.0 else 0.0)
     return max(shares, default=0.0)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,15 +33,24 @@ from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, PointAim, Rigid
 
 
 REVOLUTE, SPHERICAL, CYLINDRICAL = "revolute", "spherical", "cylindrical"
-TILTING = (SPHERICAL, CYLINDRICAL)
+FORMS = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}  # of pins that are no hinges
 
 
 class Attachment(NamedTuple):
-    """Attachment of a body: joint and parent."""
+    """Attachment of a body."""
 
     body: str
-    joint: str  # '': loose
-    parent: str = GROUND
+    form: type = Loose  # of `form`
+    joint: Any = None  # of the machine
+    near: Any = None  # BodyPoint of the joint on the parent
+    far: Any = None  # on the body
+
+
+def _attached(machine: Machine, joint: Any, body: str, ideal: Mapping[str, str]) -> Attachment:
+    """Return the attachment of a body by a joint."""
+    form = Slide if isinstance(joint, Guide) else FORMS.get(ideal.get(joint.name, ""), Hinge)
+    endpoints = (joint.proximal, joint.distal) if joint.distal.body == body else (joint.distal, joint.proximal)
+    return Attachment(body, Driven if joint.name == machine.driven else form, joint, *endpoints)
 
 
 class SpanningTreeError(ValueError):
@@ -55,26 +64,22 @@ class SpanningTreeError(ValueError):
 def spanning_tree(machine: Machine, open_joints: Collection[str], ideal: Mapping[str, str]) -> list[Attachment]:
     """Return the attachments of the moving bodies, parents first, beginning with the crank.
 
-    with_clearance : joints with clearance; ideal : freedom of each other pin.  Raises UntiedError.
+    open_joints : those with clearance; ideal : freedom of each other pin.  Raises SpanningTreeError.
     """
     ideal_joints = [joint for joint in machine.joints if joint.name not in open_joints]
     crank = next(joint for joint in ideal_joints if joint.name == machine.driven)
-    attachments = [Attachment(crank.distal.body, crank.name)]
+    attachments = [_attached(machine, crank, crank.distal.body, ideal)]
     used_joints, placed = {crank.name}, {GROUND, crank.distal.body}
     while len(placed) < len(machine.bodies):
         for joint in ideal_joints:
-            bodies = [endpoint.body for endpoint in (joint.proximal, joint.distal)]
-            unplaced = [body for body in bodies if body not in placed]
+            unplaced = [end.body for end in (joint.proximal, joint.distal) if end.body not in placed]
             if len(unplaced) == 1:
-                (parent,) = [body for body in bodies if body in placed]
-                attachments.append(Attachment(unplaced[0], joint.name, parent))
+                attachments.append(_attached(machine, joint, unplaced[0], ideal))
                 used_joints.add(joint.name)
-                placed.add(unplaced[0])
                 break
         else:
-            body = next(body for body in machine.bodies if body not in placed)
-            attachments.append(Attachment(body, ""))
-            placed.add(body)
+            attachments.append(Attachment(next(body for body in machine.bodies if body not in placed)))
+        placed.add(attachments[-1].body)
     for joint in ideal_joints:
         if joint.name not in used_joints:
             raise SpanningTreeError(
@@ -82,25 +87,19 @@ def spanning_tree(machine: Machine, open_joints: Collection[str], ideal: Mapping
                 "closes a loop of joints without clearance, which is not known in space: give clearance to "
                 f"{joint.name} or to another joint of that loop",
             )
-    _check_mobility(machine, open_joints, ideal, attachments)
+    _check_mobility(machine, open_joints, attachments)
     return attachments
 
 
-def _check_mobility(
-    machine: Machine, open_joints: Collection[str], ideal: Mapping[str, str], attachments: list[Attachment]
-) -> None:
-    """Raise UntiedError if pins keep both bodies of an open joint in the plane."""
+def _check_mobility(machine: Machine, open_joints: Collection[str], attachments: list[Attachment]) -> None:
+    """Raise SpanningTreeError if pins keep both bodies of an open joint in the plane."""
     flat = {GROUND}
     for attachment in attachments:
-        if attachment.parent in flat and attachment.joint and ideal.get(attachment.joint, REVOLUTE) not in TILTING:
+        if attachment.form in (Driven, Hinge, Slide) and attachment.near.body in flat:
             flat.add(attachment.body)
     for joint in machine.joints:
         if joint.name in open_joints and {joint.proximal.body, joint.distal.body} <= flat:
-            pins = [
-                attachment.joint
-                for attachment in attachments[1:]
-                if attachment.body in flat and not isinstance(joint_named(machine, attachment.joint), Guide)
-            ]
+            pins = [each.joint.name for each in attachments if each.form is Hinge and each.body in flat]
             raise SpanningTreeError(
                 joint.name,
                 f"cannot tilt or shift: {' and '.join([machine.driven, *pins])} are revolute joints, which keep its "
@@ -153,7 +152,7 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     """Return a tree at crank angle 0, with positions and velocities of the ideal planar machine.
 
     joints : compiled form of each joint with clearance, in the order of the machine's.  Raises ClosureError,
-    MobilityError, UntiedError.
+    MobilityError, SpanningTreeError.
     """
     machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
     attachments = spanning_tree(machine, joints, assembly.ideal)
@@ -170,8 +169,8 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
         gravity=Vector(*assembly.gravity),
         cycle=make_cycle([ideal_machine.output_over_revolution()], 0.0),
     )
-    body_poses = _planar_positions(assembly)
-    values = [_coordinates(assembly, attachment, body_poses, joints) for attachment in attachments]
+    body_poses, by_body = _planar_positions(assembly), {attachment.body: attachment for attachment in attachments}
+    values = [_coordinates(assembly, attachment, body_poses, (joints, by_body)) for attachment in attachments]
     start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
     lengths = np.array([length for attachment in attachments for length in _lengths_per_unit(assembly, attachment)])
     _check_masses(value, start)
@@ -199,30 +198,17 @@ def _point(assembly: Assembly, endpoint: BodyPoint) -> Vector:
     return Vector(*assembly.solids[endpoint.body].points[endpoint.point])
 
 
-def _endpoints(assembly: Assembly, attachment: Attachment) -> tuple[BodyPoint, BodyPoint]:
-    """Return the points of the joint that attaches a body, that of its parent first."""
-    joint = joint_named(assembly.machine, attachment.joint)
-    endpoints = (joint.proximal, joint.distal)
-    return endpoints if joint.distal.body == attachment.body else endpoints[::-1]
-
-
 def _compile_attachment(assembly: Assembly, attachment: Attachment, numbers: Mapping) -> tuple:
     """Return the attachment of a body in compiled form."""
-    if not attachment.joint:
+    form, joint = attachment.form, attachment.joint
+    if form is Loose:
         return Loose()
-    parent_point, body_point = (_point(assembly, endpoint) for endpoint in _endpoints(assembly, attachment))
-    joint = joint_named(assembly.machine, attachment.joint)
-    if attachment.joint == assembly.machine.driven:
-        return Driven(parent_point, body_point)
-    if isinstance(joint, Guide):
-        return Slide(
-            numbers[attachment.parent],
-            parent_point,
-            body_point,
-            Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0),
-        )
-    attachment_type = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(attachment.joint, ""), Hinge)
-    return attachment_type(numbers[attachment.parent], parent_point, body_point)
+    points = [_point(assembly, endpoint) for endpoint in (attachment.near, attachment.far)]
+    if form is Driven:
+        return Driven(*points)
+    axis = [Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0)] if form is Slide else []
+    compiled: tuple = form(numbers[attachment.near.body], *points, *axis)
+    return compiled
 
 
 def _compile_opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
@@ -264,27 +250,21 @@ def _planar_positions(assembly: Assembly) -> dict[str, PlanarPosition]:
     return poses
 
 
-def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping, joints: Mapping) -> tuple[list, list]:
-    """Return the coordinates of a body and their rates."""
-    pose = body_poses[attachment.body]
-    if attachment.joint == assembly.machine.driven:
+def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping, opened: tuple) -> tuple[list, list]:
+    """Return the coordinates of a body and their rates; opened : see `_height_of_loose_body`."""
+    form, pose = attachment.form, body_poses[attachment.body]
+    if form is Driven:
         return [], []
-    if not attachment.joint:
-        coordinates, angular_rates = _quaternion(pose)
-        return [*coordinates, pose.x, pose.y, _height_of_loose_body(assembly, attachment.body, joints)], [
-            *angular_rates,
-            pose.vx,
-            pose.vy,
-            0.0,
-        ]
-    kind = assembly.ideal.get(attachment.joint, "")
-    if isinstance(joint_named(assembly.machine, attachment.joint), Guide):
+    if form is Slide:
         return _sliding_coordinates(assembly, attachment, body_poses)
-    if kind == SPHERICAL:
+    if form is Ball:
         return _quaternion(pose)
-    parent_pose = body_poses[attachment.parent]
-    coordinates, angular_rates = [pose.angle - parent_pose.angle], [pose.spin - parent_pose.spin]
-    return ([0.0, *coordinates], [0.0, *angular_rates]) if kind == CYLINDRICAL else (coordinates, angular_rates)
+    if form is Loose:
+        coordinates, angular_rates = _quaternion(pose)
+        height = _height_of_loose_body(assembly, attachment.body, *opened)
+        return [*coordinates, pose.x, pose.y, height], [*angular_rates, pose.vx, pose.vy, 0.0]
+    parent_pose, shift = body_poses[attachment.near.body], [0.0] if form is Sleeve else []
+    return [*shift, pose.angle - parent_pose.angle], [*shift, pose.spin - parent_pose.spin]
 
 
 def _quaternion(pose: PlanarPosition) -> tuple[list, list]:
@@ -294,13 +274,13 @@ def _quaternion(pose: PlanarPosition) -> tuple[list, list]:
 
 def _sliding_coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping) -> tuple[list, list]:
     """Return displacement and speed of a sliding body."""
-    axis = body_poses[attachment.parent].angle + joint_named(assembly.machine, attachment.joint).axis
+    parent_pose = body_poses[attachment.near.body]
+    axis = parent_pose.angle + attachment.joint.axis
     direction = np.array([math.cos(axis), math.sin(axis)])
     (near_end, near_velocity), (far_end, far_velocity) = (
-        _planar_point(assembly, endpoint, body_poses) for endpoint in _endpoints(assembly, attachment)
+        _planar_point(assembly, endpoint, body_poses) for endpoint in (attachment.near, attachment.far)
     )
-    spin = body_poses[attachment.parent].spin
-    axis_rate = spin * np.array([-direction[1], direction[0]])
+    axis_rate = parent_pose.spin * np.array([-direction[1], direction[0]])
     return [float(direction @ (far_end - near_end))], [
         float(direction @ (far_velocity - near_velocity) + axis_rate @ (far_end - near_end))
     ]
@@ -315,54 +295,38 @@ def _planar_point(assembly: Assembly, endpoint: BodyPoint, body_poses: Mapping) 
     return np.array([pose.x, pose.y]) + arm, np.array([pose.vx, pose.vy]) + pose.spin * np.array([-arm[1], arm[0]])
 
 
-def _height_of_loose_body(assembly: Assembly, body: str, joints: Mapping) -> float:
-    """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
-    joint = next(
-        joint
+def _height_of_loose_body(
+    assembly: Assembly, body: str, joints: Mapping, attachments: Mapping[str, Attachment]
+) -> float:
+    """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred.
+
+    joints : open ones by name; attachments : by body
+    """
+    ends = next(
+        (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
         for joint in assembly.machine.joints
         if joint.name in joints and body in (joint.proximal.body, joint.distal.body)
     )
-    own_point, other_point = (
-        (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
-    )
-    return (
-        _height_of_point(assembly, other_point, joints)
-        - _point(assembly, own_point).z
-        + assembly.solids[body].center[2]
-    )
+    own_height, center = _point(assembly, ends[0]).z, assembly.solids[body].center[2]
+    return _height_of_point(assembly, ends[1], attachments) - own_height + center
 
 
-def _height_of_point(assembly: Assembly, endpoint: BodyPoint, joints: Mapping) -> float:
+def _height_of_point(assembly: Assembly, endpoint: BodyPoint, attachments: Mapping[str, Attachment]) -> float:
     """Return the height (m) of a point; for a loose body, in its own frame."""
     height = _point(assembly, endpoint).z
-    if endpoint.body == GROUND:
+    if endpoint.body == GROUND or attachments[endpoint.body].form is Loose:
         return height
-    attachment = next(
-        attachment
-        for attachment in spanning_tree(assembly.machine, joints, assembly.ideal)
-        if attachment.body == endpoint.body
-    )
-    if not attachment.joint:
-        return height
-    near_end, far_end = _endpoints(assembly, attachment)
-    return height - _point(assembly, far_end).z + _height_of_point(assembly, near_end, joints)
+    near, far = attachments[endpoint.body][3:]
+    return height - _point(assembly, far).z + _height_of_point(assembly, near, attachments)
 
 
 def _lengths_per_unit(assembly: Assembly, attachment: Attachment) -> list[float]:
     """Return the displacement (m) of a body for a unit of each of its coordinates."""
-    body_size = (
-        extent(assembly.machine.bodies[attachment.body])
-        or max(extent(body) for body in assembly.machine.bodies.values())
-        or 1.0
-    )
-    if attachment.joint == assembly.machine.driven:
-        return []
-    if not attachment.joint:
-        return [*[2.0 * body_size] * 4, 1.0, 1.0, 1.0]
-    if isinstance(joint_named(assembly.machine, attachment.joint), Guide):
-        return [1.0]
-    kind = assembly.ideal.get(attachment.joint, "")
-    return [2.0 * body_size] * 4 if kind == SPHERICAL else [1.0, body_size] if kind == CYLINDRICAL else [body_size]
+    bodies = assembly.machine.bodies
+    size = extent(bodies[attachment.body]) or max(map(extent, bodies.values())) or 1.0
+    turning = [2.0 * size] * 4
+    lengths = {Slide: [1.0], Hinge: [size], Sleeve: [1.0, size], Ball: turning, Loose: [*turning, 1.0, 1.0, 1.0]}
+    return lengths.get(attachment.form, [])
 
 
 def _check_masses(value: Tree, start: np.ndarray) -> None:
