@@ -64,7 +64,10 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
 def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
     """Return the spatial form of the slider-crank `planar_mechanism`."""
     assert planar_mechanism.output is not None  # the slider
-    return planar_mechanism._replace(
+    return spatial.in_space(
+        planar_mechanism,
+        outline,
+        _assembly,
         joints=(
             JointSite(PINS[0], "crank", "rod", spatial.site_kind_of(outline, PINS[0])),
             JointSite(PINS[1], "rod", "slider", spatial.site_kind_of(outline, PINS[1]), journal="rod"),
@@ -74,11 +77,7 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
             *described.channels_of(("crank",), planar_mechanism.output, ("place", "v", "a"))[:5],
             *spatial.body_channels(("crank", "rod", "slider")),
         ),
-        build=spatial.MechanismBuilder(_assembly, outline),
-        machine=spatial.planar_machine_of(_assembly),
         refusal=refusal,
-        length=outline.length,
-        spatial=True,
     )
 
 

@@ -30,85 +30,29 @@ DRIVEN_TEXT = "the revolute joint that the drive turns; it connects the ground a
 # ---------------------------------------------------------------------------------------------- in space
 
 
-def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
-    pins = tuple(joint.name for joint in outline.joints if joint.type != "prismatic")
-    endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
-    driven = Choice("driven", pins, DRIVEN_TEXT)
-    keys = [
-        Keys("mechanism", "", words=(driven,), flags=(spatial.SPATIAL_FLAG,)),
-        spatial.gravity_keys(),
-        Keys("mechanism.bodies", "the bodies by name, `ground` among them; their frames are as in the plane"),
-    ]
-    for body in outline.bodies:
-        path, is_fixed = f"mechanism.bodies.{body.name}", body.name == GROUND
-        mass = Field("mass", "kg", "mass of the body")
-        keys.append(
-            Keys(
-                path,
-                "the fixed body" if is_fixed else "a body of the mechanism",
-                () if is_fixed else (mass,),
-                role=CHOICE,
-            )
-        )
-        if not is_fixed:
-            keys += [
-                Keys(
-                    f"{path}.inertia",
-                    spatial.INERTIA_TEXT,
-                    spatial.along_axes("kg*m^2", "inertia", 0.0, None),
-                    role=CHOICE,
-                ),
-                Keys(
-                    f"{path}.center",
-                    "centre of mass in the frame of the body",
-                    spatial.along_axes("m", "of its frame"),
-                    "implied",
-                    role=CHOICE,
-                ),
-            ]
-        keys.append(Keys(f"{path}.points", "points of the body, by name", need="implied"))
-        keys += [
-            Keys(
-                f"{path}.points.{point}",
-                "position of the point in the frame of its body; z is along the pins",
-                spatial.along_axes("m", "of the body's frame", default=None),
-                role=CHOICE,
-            )
-            for point in body.points
-        ]
-    keys.append(Keys("mechanism.joints", "the joints between the bodies, by name"))
-    for joint in outline.joints:
-        keys += joint_keys(joint, endpoints)
-    keys.append(spatial.freedom_keys(outline, pins))
-    keys += output_keys(outline)
-    keys.append(spatial.speed_keys())
-    return (*keys, *vibration_keys(outline, (body.name for body in outline.bodies)))
-
-
 def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
     """Return the spatial form of the planar mechanism `planar_mechanism` in a grid."""
     output = Output("output", "rad" if outline.rotary else "m")
     moving_names = tuple(described.column_name(body.name) for body in outline.bodies if body.name != GROUND)
     output_channels = described.channels_of((), output, ("place", "rate", "acceleration"))
     torque = "crank/torque" if "crank" in moving_names else "drive/torque"
-    return planar_mechanism._replace(
+    return spatial.in_space(
+        planar_mechanism,
+        outline,
+        _assembly,
         bodies=tuple(body.name for body in outline.bodies),
         joints=tuple(
             JointSite(joint.name, *joint.bodies, spatial.site_kind_of(outline, joint.name), joint.journal)
             for joint in outline.joints
             if joint.type != "prismatic"
         ),
-        keys=_keys_in_space(outline),
+        keys=(*_keys(outline), *vibration_keys(outline, (body.name for body in outline.bodies))),
         channels=(
             *(channel._replace(name=torque) if "torque" in channel.name else channel for channel in output_channels),
             *spatial.body_channels(moving_names),
         ),
         output=output,
-        build=spatial.MechanismBuilder(_assembly, outline),
-        machine=spatial.planar_machine_of(_assembly),
         refusal=refusal,
-        length=outline.length,
-        spatial=True,
     )
 
 
@@ -193,38 +137,62 @@ def _sites(outline: Outline) -> Iterable[JointSite]:
 
 
 def _keys(outline: Outline) -> Iterable[Keys]:
-    """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
-    pins = tuple(joint.name for joint in outline.joints if joint.type in ("revolute", ANY))
-    driven = Choice("driven", pins, DRIVEN_TEXT)
-    yield described.gravity_section(outline)
-    yield Keys("mechanism", "", words=(driven,), flags=(spatial.SPATIAL_FLAG,), role=CHOICE)
-    yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
+    """Yield the sections of the bodies, the joints and the other parts of a mechanism, in the plane or in space."""
+    in_space = outline.spatial
+    pins = tuple(
+        joint.name
+        for joint in outline.joints
+        if (joint.type != "prismatic" if in_space else joint.type in ("revolute", ANY))
+    )
+    driven = Keys("mechanism", "", words=(Choice("driven", pins, DRIVEN_TEXT),), flags=(spatial.SPATIAL_FLAG,))
+    yield from (driven, spatial.gravity_keys()) if in_space else (described.gravity_section(outline), driven)
+    frames = "; their frames are as in the plane" if in_space else ""
+    yield Keys("mechanism.bodies", f"the bodies by name, `ground` among them{frames}")
     for body in outline.bodies:
         path = f"mechanism.bodies.{body.name}"
-        is_fixed = body.name == GROUND
-        yield Keys(
-            path, "the fixed body" if is_fixed else "a body of the mechanism", () if is_fixed else _BODY, role=CHOICE
-        )
-        if not is_fixed:
-            center = tuple(field._replace(default=0.0) for field in POSITION)
-            yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied", role=CHOICE)
-            text = (
-                "initial state of a body that has no ideal joint; of one on an ideal pin only angle and rate. "
-                "Without this section, the body starts as in the ideal mechanism"
-            )
-            yield Keys(f"{path}.initial", text, _INITIAL, "optional", role=CONDITION)
+        if body.name == GROUND:
+            yield Keys(path, "the fixed body", role=CHOICE)
+        else:
+            yield from _body_keys_in_space(path) if in_space else _body_keys(path)
         yield Keys(f"{path}.points", "points of the body, by name", need="implied")
-        if not is_fixed:
+        if body.name != GROUND and not in_space:
             yield from described.elastic_keys(path, outline, body.points)
-        for point in body.points:
-            yield Keys(
-                f"{path}.points.{point}", "position of the point in the frame of its body", POSITION, role=CHOICE
-            )
+        position = spatial.along_axes("m", "of the body's frame", default=None) if in_space else POSITION
+        text = "position of the point in the frame of its body" + ("; z is along the pins" if in_space else "")
+        yield from (Keys(f"{path}.points.{point}", text, position, role=CHOICE) for point in body.points)
     yield Keys("mechanism.joints", "the joints between the bodies, by name")
     endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     for joint in outline.joints:
         yield from joint_keys(joint, endpoints)
+    if in_space:
+        yield spatial.freedom_keys(outline, pins)
     yield from output_keys(outline)
+    if in_space:
+        yield spatial.speed_keys()
+
+
+_BODY_TEXT, _CENTER_TEXT = "a body of the mechanism", "centre of mass in the frame of the body"
+
+
+def _body_keys(path: str) -> Iterable[Keys]:
+    """Yield the sections of a moving body in the plane."""
+    yield Keys(path, _BODY_TEXT, _BODY, role=CHOICE)
+    center = tuple(field._replace(default=0.0) for field in POSITION)
+    yield Keys(f"{path}.center", _CENTER_TEXT, center, "implied", role=CHOICE)
+    text = (
+        "initial state of a body that has no ideal joint; of one on an ideal pin only angle and rate. Without this "
+        "section, the body starts as in the ideal mechanism"
+    )
+    yield Keys(f"{path}.initial", text, _INITIAL, "optional", role=CONDITION)
+
+
+def _body_keys_in_space(path: str) -> Iterable[Keys]:
+    """Yield the sections of a moving body in space."""
+    yield Keys(path, _BODY_TEXT, (Field("mass", "kg", "mass of the body"),), role=CHOICE)
+    inertia = spatial.along_axes("kg*m^2", "inertia", 0.0, None)
+    yield Keys(f"{path}.inertia", spatial.INERTIA_TEXT, inertia, role=CHOICE)
+    center = spatial.along_axes("m", "of its frame")
+    yield Keys(f"{path}.center", _CENTER_TEXT, center, "implied", role=CHOICE)
 
 
 def machine(case: Case) -> Machine:

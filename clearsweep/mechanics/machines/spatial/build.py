@@ -433,14 +433,19 @@ class MechanismBuilder(NamedTuple):
         return build(self.assembly(self.outline, bodies, drive), joints)
 
 
-def planar_machine_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callable:
-    """Return a function that gives the planar machine of a case, for pictures and comparisons."""
+def in_space(planar: Mechanism, outline: Outline, assembly: Callable, **changes: Any) -> Mechanism:
+    """Return a mechanism in space from its form in the plane; assembly : as of MechanismBuilder; changes : its fields.
 
-    def machine(case: Case):
+    Its machine, for pictures and comparisons, is that in the plane.
+    """
+
+    def machine(case: Case) -> Machine:
         speed = case.drive.speed if case.drive else 0.0
-        return assembly(case.outline, case.mechanism.values, speed).machine
+        in_plane: Machine = assembly(case.outline, case.mechanism.values, speed).machine
+        return in_plane
 
-    return machine
+    changes |= {"length": outline.length, "spatial": True}
+    return planar._replace(build=MechanismBuilder(assembly, outline), machine=machine, **changes)
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
