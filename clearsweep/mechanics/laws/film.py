@@ -107,21 +107,6 @@ def arc_from(ratio, sine, cosine):
     return FilmArc(cosine, sine, 1.0 - (ratio * cosine) ** 2, one_minus_square, inverse_thickness)
 
 
-@kernel
-def maximum_over_arc(law, motion, profile, start):
-    """Return the largest `profile(law, motion, cosine, sine)` over the half circle from the angle `start` (rad)."""
-    low, high = start, start + math.pi
-    for _ in range(40):  # golden section search to 1e-8 of the arc
-        golden_step = 0.3819660112501051 * (high - low)
-        a, b = low + golden_step, high - golden_step
-        if profile(law, motion, math.cos(a), math.sin(a)) < profile(law, motion, math.cos(b), math.sin(b)):
-            low = a
-        else:
-            high = b
-    midpoint = 0.5 * (low + high)
-    return profile(law, motion, math.cos(midpoint), math.sin(midpoint))
-
-
 # ---------------------------------------------------------------------------------------------- corners
 
 

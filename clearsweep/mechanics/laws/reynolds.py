@@ -21,7 +21,10 @@ from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
 from ...tracing.compiled.pinned import array_handle, load_item
 from .contract import RECIPES, register
-from .film import arc_from, film_force, film_pressure, has_reversal_corners, maximum_over_arc
+from .film import arc_from, film_force, film_pressure, has_reversal_corners
+
+#: Of the search for the largest pressure of a short film: steps at most, and accuracy of its place (rad).
+MAX_STEPS, ANGLE_TOLERANCE = 40, 1e-8
 
 
 class Short(NamedTuple):
@@ -63,9 +66,36 @@ def _short_pressure(law, motion, cosine, sine):
 
 @film_pressure.member(Short)
 def _film_pressure_short(law, motion):
-    return maximum_over_arc(
-        law, motion, _short_pressure, math.atan2(2.0 * motion.squeeze_rate, motion.spin * motion.ratio)
-    )
+    """Return the largest pressure (Pa), by Newton's method along Sommerfeld's angle psi.
+
+    With W = w eps (1 - eps^2)^(1/2), S = 2 eps' and cos(theta) = (cos(psi) - eps) / (1 - eps cos(psi)) the pressure is
+    proportional to (W sin(psi) - S (cos(psi) - eps)) (1 - eps cos(psi))^2: even where the film is thin, smooth.
+    """
+    ratio, squeeze, wedge = motion.ratio, 2.0 * motion.squeeze_rate, motion.spin * motion.ratio
+    speed, root = math.sqrt(squeeze * squeeze + wedge * wedge), math.sqrt(1.0 - ratio * ratio)
+    low = math.atan2(root * squeeze, ratio * speed + wedge)  # where the pressure begins, and where it ends
+    high = math.atan2(-root * squeeze, ratio * speed - wedge)
+    high = high + 2.0 * math.pi if high <= low else high
+    wedge *= root
+    angle = 0.5 * (low + high)
+    for _ in range(MAX_STEPS):
+        cosine, sine = math.direction(angle)
+        rise = (wedge * cosine + squeeze * sine) * (1.0 - ratio * cosine) + 2.0 * ratio * sine * (
+            wedge * sine - squeeze * (cosine - ratio)
+        )
+        bend = (
+            (1.0 + 2.0 * ratio * ratio) * squeeze * cosine
+            - wedge * sine
+            + 3.0 * ratio * (2.0 * wedge * sine * cosine - squeeze * (cosine * cosine - sine * sine))
+        )
+        low, high = (angle, high) if rise > 0.0 else (low, angle)
+        newton = angle - rise / bend if bend < 0.0 else high
+        before, angle = angle, newton if low <= newton < high else 0.5 * (low + high)
+        if abs(angle - before) <= ANGLE_TOLERANCE:
+            break
+    cosine, sine = math.direction(angle)
+    thickness = 1.0 - ratio * cosine
+    return _short_pressure(law, motion, (cosine - ratio) / thickness, root * sine / thickness)
 
 
 def _make_short(joint):
@@ -418,10 +448,15 @@ def _long_pressure(law, motion, cosine, sine):
 
 @film_pressure.member(Long)
 def _film_pressure_long(law, motion):
-    two_plus_square = 2.0 + motion.ratio * motion.ratio
-    return maximum_over_arc(
-        law, motion, _long_pressure, math.atan2(motion.squeeze_rate * two_plus_square, motion.spin * motion.ratio)
-    )
+    """Return the largest pressure (Pa): the flow is then that of the shear, W (cos(theta) + k) + S sin(theta) = 0."""
+    squeeze, wedge = 2.0 * motion.squeeze_rate, motion.spin * motion.ratio
+    speed = math.sqrt(squeeze * squeeze + wedge * wedge)
+    if speed == 0.0:
+        return 0.0
+    squeeze, wedge = squeeze / speed, wedge / speed
+    cosine = -3.0 * motion.ratio / (2.0 + motion.ratio * motion.ratio) * wedge  # from the direction of W and S
+    sine = math.sqrt(1.0 - cosine * cosine)
+    return _long_pressure(law, motion, wedge * cosine - squeeze * sine, squeeze * cosine + wedge * sine)
 
 
 def _force_and_pressure_factors(joint):
