@@ -13,7 +13,6 @@ from .judged import Cases, codes_of, combined_codes, median, plain_value
 from .words import (
     MAX_LINES,
     Answer,
-    Sentence,
     Words,
     every_text,
     factor_text,
@@ -28,13 +27,17 @@ from .words import (
 MAX_PLACE = 90  # characters of the values of a case; instead of longer ones its identity is given
 
 
-def own_figure_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def own_figure_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the range of the user-defined figures."""
     for name in words.record.get("figures") or {}:
         if entry := extreme(answer, name):
-            low, high = words.figures(name, [entry["smallest"]["value"], entry["largest"]["value"]])
-            text = low if low == high else f"{low} to {high}"
-            yield Sentence("{figure}: {range}.", {"figure": words.figure(name), "range": text})
+            yield f"{words.figure(name)}: {_range_text(words, entry)}."
+
+
+def _range_text(words: Words, entry: Mapping[str, Any]) -> str:
+    """Return the smallest and the largest value of a figure in words."""
+    texts = words.figures(entry["figure"], [entry["smallest"]["value"], entry["largest"]["value"]])
+    return " to ".join(dict.fromkeys(texts))
 
 
 def extreme(answer: Answer, column: str) -> Mapping[str, Any] | None:
@@ -48,7 +51,7 @@ def extremes_of(answer: Answer, figure: str, words: Words) -> list[Mapping[str, 
     return [entry for entry in answer.get("extremes", ()) if entry["figure"] in names]
 
 
-def place_text(answer: Answer, words: Words, end: Mapping[str, Any], max_length: int = MAX_PLACE) -> str:
+def place_text(words: Words, end: Mapping[str, Any], max_length: int = MAX_PLACE) -> str:
     """Return ' at crank speed 2000 rpm (case 1a2b3c4d)' for an end of an extreme; the case alone if it is too long."""
     setting, case = words.setting(end["values"], end["case"]), f"case {wording.short_id(end['case'])}"
     if not setting:
@@ -56,67 +59,57 @@ def place_text(answer: Answer, words: Words, end: Mapping[str, Any], max_length:
     return f" in {case}" if setting == case or len(setting) > max_length else f" at {setting} ({case})"
 
 
-def force_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def force_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the largest normal force and its ratio to the ideal reaction."""
     entries = extremes_of(answer, "force_peak", words)
     if not entries and not answer.get("finished", 1):
-        yield Sentence("No case finished, so nothing is known of forces and errors.")
+        yield "No case finished, so nothing is known of forces and errors."
     never = [other for other in entries if not other["largest"]["value"]]
     if len(never) == len(entries):
         if entries:
-            yield Sentence("The surfaces never touch: every force peak is 0.")
+            yield "The surfaces never touch: every force peak is 0."
         return
     largest = sorted(entries, key=lambda other: other["largest"]["value"], reverse=True)
     by_unit = {words.units[other["figure"]]: other for other in reversed(largest) if other not in never}
     leads = [by_unit[unit] for unit in sorted(by_unit)]  # torques, which do not compare with forces, have their own
     for entry in leads:
-        (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
         ratio = entry["largest"].get("ratio")
-        values = {
-            "figure": words.figure(entry["figure"]),
-            "value": text,
-            "ratio": f", {factor_text(ratio)} times the ideal" if ratio else "",
-            "where": place_text(answer, words, entry["largest"]),
-        }
-        yield Sentence("Largest {figure}: {value}{ratio}{where}.", values)
+        yield _largest_sentence(words, entry, f", {factor_text(ratio)} times the ideal" if ratio else "")
     if never:
         names = wording.sentence_list([words.figure(other["figure"]) for other in never])
-        yield Sentence("The surfaces never touch: {names} 0.", {"names": names})
+        yield f"The surfaces never touch: {names} 0."
     elif not leads[0]["smallest"]["value"]:
-        where = place_text(answer, words, leads[0]["smallest"])
-        yield Sentence("The surfaces do not touch in every case, such as{where}.", {"where": where})
+        yield f"The surfaces do not touch in every case, such as{place_text(words, leads[0]['smallest'])}."
+
+
+def _largest_sentence(words: Words, entry: Mapping[str, Any], remark: str = "") -> str:
+    """Return the sentence on the largest value of a figure, and the case that has it; remark : on the value."""
+    (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
+    return f"Largest {words.figure(entry['figure'])}: {text}{remark}{place_text(words, entry['largest'])}."
 
 
 STEADY_RATIO = 1.1  # of load peak to ideal, up to which the indentation is that of the ideal loads, without impacts
 SURE_SHARE = 0.9  # of an indentation, which is an upper estimate: its joints and the error need not peak at once
 
 
-def error_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def error_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the largest error of the output."""
     for entry in [entry for entry in extremes_of(answer, "error_max", words) if entry["largest"]["value"]][:1]:
-        (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
-        where = place_text(answer, words, entry["largest"])
-        values = {"figure": words.figure(entry["figure"]), "value": text, "where": where}
-        yield Sentence("Largest {figure}: {value}{where}.", values)
+        yield _largest_sentence(words, entry)
 
 
-def vibration_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def vibration_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the largest velocity of each place with its zone, and that without clearance."""
     for entry in extremes_of(answer, "velocity_rms", words):
         end = entry["largest"]
-        ideal = end.get("ideal")
-        texts = words.figures(entry["figure"], [end["value"], *([] if ideal is None else [ideal])])
+        texts = words.figures(entry["figure"], [end[name] for name in ("value", "ideal") if name in end])
         zones = [in_brackets(f"zone {end[name]}") if name in end else "" for name in ("zone", "ideal_zone")]
-        values = {
-            "place": entry["figure"].removesuffix("_velocity_rms").replace("_", " "),
-            "value": f"{texts[0]}{zones[0]}",
-            "where": place_text(answer, words, end),
-            "ideal": f"; without clearance {texts[1]}{zones[1]}" if texts[1:] else "",
-        }
-        yield Sentence("Velocity of {place}: {value}{where}{ideal}.", values)
+        place = entry["figure"].removesuffix("_velocity_rms").replace("_", " ")
+        ideal = f"; without clearance {texts[1]}{zones[1]}" if texts[1:] else ""
+        yield f"Velocity of {place}: {texts[0]}{zones[0]}{place_text(words, end)}{ideal}."
 
 
-def indentation_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def indentation_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Split the largest error into clearance, bending, housings and indentation; say which limit no clearance meets."""
     is_steady = all(
         entry["largest"].get("ratio", math.inf) <= STEADY_RATIO for entry in extremes_of(answer, "force_peak", words)
@@ -128,82 +121,68 @@ def indentation_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
             continue
         numbers = [error, error - indentation - bending - mounts, bending, mounts, indentation]
         total, clearance, bent, yielded, depth = words.figures(entry["figure"], numbers)
-        parts = ["{clearance} or more is clearance"] if words.layout.joints else []
-        parts += ["{bent} or less is bending"] if bending else []
-        parts += ["{yielded} or less is the yield of housings"] if mounts else []
-        parts += ["{depth} or less is indentation at the stiffness given"] if indentation else []
-        values = {"figure": words.figure(entry["figure"]), "value": total, "clearance": clearance}
-        values |= {"bent": bent, "yielded": yielded, "depth": depth}
-        yield Sentence(f"Of {{figure}} {{value}}, {', '.join(parts)}.", values)
+        parts = [
+            *([f"{clearance} or more is clearance"] if words.layout.joints else []),
+            *([f"{bent} or less is bending"] if bending else []),
+            *([f"{yielded} or less is the yield of housings"] if mounts else []),
+            *([f"{depth} or less is indentation at the stiffness given"] if indentation else []),
+        ]
+        yield f"Of {words.figure(entry['figure'])} {total}, {', '.join(parts)}."
         for limit in words.limits if is_steady else ():
             if limit.column == entry["figure"] and limit.kind == "at_most" and limit.value < SURE_SHARE * indentation:
-                yield Sentence("No clearance can meet {limit} there.", {"limit": words.limit(limit)})
+                yield f"No clearance can meet {words.limit(limit)} there."
 
 
-def touch(answer: Answer, words: Words) -> Iterator[Sentence]:
+def touch(answer: Answer, words: Words) -> Iterator[str]:
     """Say that the surfaces of a joint never touch, where limits lead."""
     for entry in extremes_of(answer, "force_peak", words):
         if not entry["largest"]["value"]:
             joint = next(column.joint for column in words.layout.columns if column.name == entry["figure"])
-            yield Sentence("The surfaces of {joint} never touch in any case.", {"joint": wording.joint_name(joint)})
+            yield f"The surfaces of {wording.joint_name(joint)} never touch in any case."
 
 
-def life_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def life_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the shortest and the longest life with their intervals."""
     criterion = life_criterion_text(words.record.get("life") or {})
     until = f" {criterion}" if criterion else ""
     for entry in extremes_of(answer, "life_hours", words)[:1]:
-        joint = wording.joint_name(words.layout.life)
         shortest, longest = entry["smallest"], entry["largest"]
-        values = {"joint": joint, "until": until, **_life_values(answer, words, shortest)}
-        yield Sentence("Shortest life of {joint}{body}: {hours}{where}.", values)
-        yield Sentence("It lasts{until}{interval}.", values)
+        hours, longest_hours = (f"{wording.number_text(end['value'])}{wording.BLANK}h" for end in (shortest, longest))
+        interval, longest_interval = (in_brackets(end.get("interval", "")) for end in (shortest, longest))
+        body = f" ({shortest['body']})" if shortest.get("body") else ""
+        yield f"Shortest life of {wording.joint_name(words.layout.life)}{body}: {hours}{place_text(words, shortest)}."
+        yield f"It lasts{until}{interval}."
         if shortest.get("spread"):
-            yield Sentence("{spread}.", {"spread": shortest["spread"]})
+            yield f"{shortest['spread']}."
         if longest["case"] != shortest["case"]:
-            yield Sentence("Longest: {hours}{interval}{where}.", _life_values(answer, words, longest))
+            yield f"Longest: {longest_hours}{longest_interval}{place_text(words, longest)}."
     if unreached := answer.get("unreached"):
         count = wording.count_text(unreached, "case")
-        yield Sentence("{count} did not reach the limit, so the life there is longer than the run.", {"count": count})
+        yield f"{count} did not reach the limit, so the life there is longer than the run."
 
 
-def _life_values(answer: Answer, words: Words, end: Mapping[str, Any]) -> dict[str, str]:
-    return {
-        "body": f" ({end['body']})" if end.get("body") else "",
-        "hours": f"{wording.number_text(end['value'])}{wording.BLANK}h",
-        "interval": in_brackets(end.get("interval", "")),
-        "where": place_text(answer, words, end),
-    }
-
-
-def start_up_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def start_up_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Say how fast the motor reaches its speed, and which cases do not."""
     entry = extreme(answer, "start_up_time")
     unreached, total = answer.get("unreached", 0), answer.get("finished", 0)
     if entry is None:
-        yield Sentence("No case reaches 95 % of the motor's no-load speed within its run; run more revolutions.")
+        yield "No case reaches 95 % of the motor's no-load speed within its run; run more revolutions."
         return
-    first, last = words.figures("start_up_time", [entry["smallest"]["value"], entry["largest"]["value"]])
-    text = last if first == last else f"{first} to {last}"
-    where = place_text(answer, words, entry["largest"]) if first != last else ""
+    time = _range_text(words, entry)
+    where = place_text(words, entry["largest"]) if " to " in time else ""
     cases = f"{total - unreached} of {total} cases reach" if total > 1 else "The motor reaches"
-    values = {"cases": cases, "time": text, "where": f", the slowest{where}" if where else ""}
-    yield Sentence("{cases} 95 % of the no-load speed after {time}{where}.", values)
+    yield f"{cases} 95 % of the no-load speed after {time}{f', the slowest{where}' if where else ''}."
     if unreached:
-        yield Sentence(
-            "{count} ended before: run more revolutions there.", {"count": wording.count_text(unreached, "start")}
-        )
+        yield f"{wording.count_text(unreached, 'start')} ended before: run more revolutions there."
 
 
-def loss_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def loss_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the range of the loss of each film."""
     for entry in extremes_of(answer, "film_loss", words)[:1]:
-        low, high = words.figures(entry["figure"], [entry["smallest"]["value"], entry["largest"]["value"]])
-        values = {"figure": words.figure(entry["figure"]), "range": low if low == high else f"{low} to {high}"}
-        yield Sentence("{figure}: {range}.", values)
+        yield f"{words.figure(entry['figure'])}: {_range_text(words, entry)}."
 
 
-def wear_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def wear_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the deepest wear in 1000 hours, and when it would reach the clearance."""
     for entry in extremes_of(answer, "wear_rate_max", words)[:1]:
         rate = entry["largest"]["value"]
@@ -212,43 +191,39 @@ def wear_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         (text,) = wording.texts_in_common_unit([3.6e6 * rate], "m")
         hours = entry["largest"].get("clearance_hours")
         until = f", valid up to {wording.number_text(hours, 2)} h, when it has doubled the clearance" if hours else ""
-        where = place_text(answer, words, entry["largest"], MAX_PLACE // 2 if hours else MAX_PLACE)
-        yield Sentence(
-            "Deepest wear: {value} per 1000 h{where}{until}.", {"value": text, "where": where, "until": until}
-        )
+        where = place_text(words, entry["largest"], MAX_PLACE // 2 if hours else MAX_PLACE)
+        yield f"Deepest wear: {text} per 1000 h{where}{until}."
 
 
 # Sentences on searches: what `refine` added, and the answers of `seek`, `optimise` and `identify`.
 
 
-def added_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def added_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Say how many cases a search added, and how many exceed a limit with them."""
     counts = answer["cases"]
     if counts and not counts["added"] and answer["question"] == "refine":
-        yield Sentence("No cases were added: no two neighbours differ in meeting the limits.")
+        yield "No cases were added: no two neighbours differ in meeting the limits."
     if counts and counts["added"] and (totals := answer.get("all_cases")):
-        values = {"added": counts["added"], "count": sum(totals.values()), **totals}
-        values["open"] = f", {totals['undecided']} are undecided" if totals["undecided"] else ""
-        template = (
-            "The search added {added} cases; of all {count}, {exceeded} exceed a limit{open} and {met} meet them."
+        undecided = f", {totals['undecided']} are undecided" if totals["undecided"] else ""
+        yield (
+            f"The search added {counts['added']} cases; of all {sum(totals.values())}, {totals['exceeded']} exceed a "
+            f"limit{undecided} and {totals['met']} meet them."
         )
-        yield Sentence(template, values)
 
 
-def found_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def found_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the sentences that a search of another kind has left in run.json."""
-    for text in (words.record.get("found") or {}).get("sentences", ()):
-        yield Sentence("{text}", {"text": text})
+    yield from (words.record.get("found") or {}).get("sentences", ())
 
 
-def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def seek_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the answers of `seek`, or what comes nearest where there is none."""
     section = words.record.get("seek") or {}
     direction = "largest" if "largest" in section else "smallest"
     searched = section.get(direction)
     paths = [searched] if isinstance(searched, str) else list(searched or ())
     if not paths or not answer["search"]:
-        yield Sentence("The search was interrupted; run the same command again to continue.")
+        yield "The search was interrupted; run the same command again to continue."
         return
     names = wording.sentence_list([words.axis_name(path) for path in paths])
     every = every_text(answer, words) if section.get("for") == "all" else ""
@@ -258,37 +233,37 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         text, border, cause = _sought(words, row, paths[0])
         setting = words.setting(point) if row.get(f"seek.{paths[0]}") is not None or not every else ""
         is_alone = len(answer["search"]) == 1  # its border is a line of its own
-        tail = f" (not known to be safe at {border})" if border and not is_alone else ""
+        tail = f" (from there to {border} not known to be safe)" if border and not is_alone else ""
         items.append(f"{f'{setting}: ' if setting else ''}{text}{tail}{cause}")
         borders += [border] if border and is_alone else []
     lead = f"The {direction} {names} within the limits{every}"
     if len(items) == 1:
-        yield Sentence("{lead}: {item}.", {"lead": lead, "item": items[0]})
+        yield f"{lead}: {items[0]}."
         for border in borders:
-            yield Sentence("It is not known to be safe at {border}.", {"border": border})
+            yield f"From there to {border} it is not known to be safe."
     else:
-        yield Sentence("{lead}:", {"lead": lead})
+        yield f"{lead}:"
         shown = 4 if len(items) == 4 else 3  # one more sentence or one more answer: at least two are left out
         for item in items[:shown]:
-            yield Sentence("{item}.", {"item": item})
+            yield f"{item}."
         if len(items) > shown:
-            yield Sentence("{more} more are in seek.parquet.", {"more": len(items) - shown})
+            yield f"{len(items) - shown} more are in seek.parquet."
     for nearest in answer.get("nearest", ())[:1]:
-        values = {"tried": nearest["tried"], "failed": nearest["failed"], "margin": words.margin(nearest)}
-        values["where"] = words.setting(nearest["values"], nearest["case"])
-        yield Sentence("Of {tried} values tried, {failed} failed; nearest: {margin} at {where}.", values)
+        where = words.setting(nearest["values"], nearest["case"])
+        tried, failed, margin = nearest["tried"], nearest["failed"], words.margin(nearest)
+        yield f"Of {tried} values tried, {failed} failed; nearest: {margin} at {where}."
     help_ = words.record.get("nearest") or {}
     if needed := help_.get("needed"):
         limits = [f"{words.figure(column)} {bound}" for column, bound in needed.items()]
-        yield Sentence("The limits that would be met: {limits}.", {"limits": wording.sentence_list(limits)})
+        yield f"The limits that would be met: {wording.sentence_list(limits)}."
     for effect in help_.get("effects", ())[:1]:
         less, now, more = (
             "a failed case" if effect[side] is None else margin_text(effect[side], words.limits)
             for side in ("lower", "margin", "upper")
         )
-        values = {"key": words.axis_name(effect["path"]), "less": less, "now": now, "more": more}
         if len({less, now, more}) > 1:
-            yield Sentence("Of the other keys {key} matters most: 10 % less gives {less}, 10 % more {more}.", values)
+            key = words.axis_name(effect["path"])
+            yield f"Of the other keys {key} matters most: 10 % less gives {less}, 10 % more {more}."
 
 
 def _sought(words: Words, row: Mapping[str, Any], path: str) -> tuple[str, str, str]:
@@ -306,53 +281,42 @@ def _sought(words: Words, row: Mapping[str, Any], path: str) -> tuple[str, str, 
     return text, border, f", limited by {by}" if by else ", the end of the range"
 
 
-def optimise_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def optimise_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the best cases of `optimise`."""
     rows = answer["search"]
-    if not rows:
-        return
     section = words.record.get("optimise") or {}
     objectives = [
         name
         for sense in ("minimise", "maximise")
         for name in ([section[sense]] if isinstance(section.get(sense), str) else section.get(sense) or ())
     ]
-    margins = [row.get("margin") for row in rows]
-    is_met = answer.get("best_met", True)
-    count = len(rows)
-    tried = wording.count_text(answer["tried"], "case")
-    lead = f"The best of {tried}" if count == 1 else f"The front has {count} of {tried}, such as"
-    lead = lead if is_met else "No case meets the limits; nearest"
+    count, tried = len(rows), wording.count_text(answer["tried"], "case")
     shown = MAX_LINES - 1 if count == MAX_LINES - 1 else MAX_LINES - 2
-    for index, row in enumerate(rows[:shown]):
-        limiting = (row.get("limiting") or "").split(",")
+    lead = f"The front has {count} of {tried}{', such as' if count > shown else ''}: "
+    lead = f"The best of {tried}: " if count == 1 else lead
+    lead = lead if answer.get("best_met", True) else "No case meets the limits; nearest: "
+    for row in rows[:shown]:
+        limiting, margin = (row.get("limiting") or "").split(","), row.get("margin")
         limits = [limit for limit in words.limits if limit.column in limiting]
-        values = {
-            "lead": f"{lead}: " if not index else "",
-            "setting": words.setting({path: row[path] for path in words.path_units if row.get(path) is not None}),
-            "figures": wording.sentence_list(
-                [
-                    f"{words.figure(name)} {words.figures(name, [row[name]])[0]}"
-                    for name in objectives
-                    if row.get(name) is not None
-                ]
-            ),
-            "margin": "" if margins[index] is None else f", {margin_text(margins[index], limits)}",
-        }
-        yield Sentence("{lead}{setting}: {figures}{margin}.", values)
+        setting = words.setting({path: row[path] for path in words.path_units if row.get(path) is not None})
+        known = [(name, row[name]) for name in objectives if row.get(name) is not None]
+        figures = [f"{words.figure(name)} {words.figures(name, [value])[0]}" for name, value in known]
+        margin_words = "" if margin is None else f", {margin_text(margin, limits)}"
+        yield f"{lead}{setting}: {wording.sentence_list(figures)}{margin_words}."
+        lead = ""
     if count > shown:
-        yield Sentence("{more} more are in optimise.parquet.", {"more": count - shown})
+        yield f"{count - shown} more are in optimise.parquet."
 
 
-def identify_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def identify_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the identified values with their intervals."""
     for parameter in answer.get("identified", ())[: MAX_LINES - 1]:
         path = parameter["path"]
         value, low, high = (words.value(path, parameter[key]) for key in ("value", "low", "high"))
-        values = {"name": words.axis_name(path), "value": value, "range": from_to(low, high).removeprefix("from ")}
-        yield Sentence("{name} {value} (95 %: {range}){note}.", values | {"note": parameter["note"]})
+        interval = from_to(low, high).removeprefix("from ")
+        yield f"{words.axis_name(path)} {value} (95 %: {interval}){parameter['note']}."
     if not answer.get("explained", True):
-        yield Sentence("Misfit: no values of these keys explain the measurement, so the intervals are widened.")
+        yield "Misfit: no values of these keys explain the measurement, so the intervals are widened."
 
 
 # ---------------------------------------------------------------------------------------------- motions that coexist
@@ -443,7 +407,7 @@ def _point(
 COUNTS = {2: "Two", 3: "Three", 4: "Four", 5: "Five", 6: "Six"}
 
 
-def branch_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+def branch_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Say where motions coexist and what their forces are, or that the starts show no difference."""
     branches = answer.get("branches")
     if not branches:
@@ -455,22 +419,17 @@ def branch_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         count, is_random = len(point["motions"]), branches["along"] == STARTS[1]
         counts = [str(motion["starts"]) for motion in point["motions"]]
         total_starts = sum(map(int, counts)) + point["undecided"]
-        values = {
-            "many": COUNTS.get(count, str(count)),
-            "where": _where(branches, words, point),
-            "figure": words.figure(point["figure"]),
-            "forces": _forces(point, words),
-            "starts": f", after {' and '.join(counts)} of {total_starts} starts" if is_random else "",
-        }
-        yield Sentence("{many} motions coexist {where}: {figure} {forces}{starts}.", values)
+        many, where, figure = COUNTS.get(count, count), _where(branches, words, point), words.figure(point["figure"])
+        after = f", after {' and '.join(counts)} of {total_starts} starts" if is_random else ""
+        yield f"{many} motions coexist {where}: {figure} {_forces(point, words)}{after}."
     elif branches["undecided"] < total:
-        decided = total - branches["undecided"]
-        values = {"starts": starts, "count": decided, "noun": "point" if decided == 1 else "points"}
-        yield Sentence("The motions {starts} show no difference at {count} {noun}.", values)
+        decided = wording.count_text(total - branches["undecided"], "point")
+        yield f"The motions {starts} show no difference at {decided}."
     if branches["undecided"]:
-        values = {"count": branches["undecided"], "total": total}
-        template = "Whether motions coexist is undecided at {count} of {total} points; {remedy}."
-        yield Sentence(template, values | {"remedy": "run more revolutions, at least 30 after simulate.discard"})
+        yield (
+            f"Whether motions coexist is undecided at {branches['undecided']} of {total} points; run more revolutions, "
+            "at least 30 after simulate.discard."
+        )
 
 
 def _forces(point: Mapping[str, Any], words: Words) -> str:

@@ -35,7 +35,6 @@ class Cases:
         self.role_by_path: dict[str, str] = dict(record.get("roles") or {})
         self._rows = np.flatnonzero(is_own)
         self.paths = [path for path in self.role_by_path if self._is_varied(path)]
-        self.coarse_rows = np.zeros(0, int)
         numerics = self.paths_of(catalogue.NUMERICS)
         if numerics and len(self._rows):
             # For every own case the position of the finest case that differs in numerics alone, and a mask of these

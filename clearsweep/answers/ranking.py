@@ -15,6 +15,7 @@ from .verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, co
 QUESTIONS = ("seek", "optimise", "identify", "life", "limits", "start-up", "film", "force")
 SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a grid which choose cases
 SENSES = ("minimise", "maximise")
+TORQUE_UNIT = "N*m"  # of the force figures of a joint in rotation
 START_UP, MAX_SPEED, SPEED_AFTER_START = "start_up_time", "crank_speed_max", "crank_speed_after"  # columns
 
 
@@ -128,7 +129,7 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
         names = tuple(name for name in label_by_name if name in column_names)
         labels = tuple(label_by_name[name] for name in names)
         return CaseRanking("start-up", "Slowest start-up", labels, _LARGEST_IS_WORST, (Candidate("", names),))
-    return _content_ranking(layout, [question for question, *_ in _CONTENT_FIGURES])
+    return _content_ranking(layout)
 
 
 def limits_of_record(record: Mapping[str, Any]) -> tuple[Limit, ...]:
@@ -136,25 +137,24 @@ def limits_of_record(record: Mapping[str, Any]) -> tuple[Limit, ...]:
     return limits_and_figures_of(record).limits
 
 
-def _content_ranking(layout: Layout, questions: list[str]) -> CaseRanking:
-    """Return the ranking by the first of the questions for which the layout has figures."""
-    column_names = {column.name for column in layout.columns}
+def _content_ranking(layout: Layout) -> CaseRanking:
+    """Return the ranking by the first question for which the layout has figures."""
+    unit_of = {column.name: column.unit for column in layout.columns}
     joints = [joint.name for joint in layout.joints]
     for question, table_title, is_smallest_worst, headings_of_figures in _CONTENT_FIGURES:
-        if question not in questions:
-            continue
         columns = layout.comparable(f"{name}_{next(iter(headings_of_figures))}" for name in joints)
         joints_with_figures = [name for name in joints if f"{name}_{next(iter(headings_of_figures))}" in columns]
         common_figures = {
             figure: heading
             for figure, heading in headings_of_figures.items()
-            if all(f"{name}_{figure}" in column_names for name in joints_with_figures)
+            if all(f"{name}_{figure}" in unit_of for name in joints_with_figures)
         }
         if joints_with_figures:
             candidates = tuple(
                 Candidate(name, tuple(f"{name}_{figure}" for figure in common_figures)) for name in joints_with_figures
             )
-            return CaseRanking(question, table_title, tuple(common_figures.values()), is_smallest_worst, candidates)
+            title = table_title if unit_of[columns[0]] != TORQUE_UNIT else table_title.replace("normal force", "torque")
+            return CaseRanking(question, title, tuple(common_figures.values()), is_smallest_worst, candidates)
     return CaseRanking("force", "", (), _LARGEST_IS_WORST, ())
 
 
@@ -170,6 +170,7 @@ _CONTENT_FIGURES = (
 
 UNIT_QUANTILE = 0.95  # the display unit suits this quantile of the values, so that a single peak does not decide it
 DISPLAY_RANGE = (1e-3, 1e5)  # numbers outside this range have a unit of their own
+TYPICAL_VELOCITY = 1e-3  # m/s, of vibration: in mm/s, as the zones of ISO 20816
 
 
 class FinishedCases(NamedTuple):
@@ -205,7 +206,7 @@ def column_scale(column_name: str, unit: str, column_values: np.ndarray) -> word
     if column_name in (MAX_SPEED, SPEED_AFTER_START):
         return wording.scale(unit, 0.0, speed=True)
     if column_name.endswith("velocity_rms"):
-        return wording.scale(unit, 1e-3)  # mm/s, as the zones of ISO 20816
+        return wording.scale(unit, TYPICAL_VELOCITY)
     magnitudes = np.abs(column_values[np.isfinite(column_values)])
     magnitudes = magnitudes[magnitudes > 0.0]
     quantile = 0.5 if column_name.endswith("film_thickness_min") else UNIT_QUANTILE  # np.quantile takes 9 ms to load

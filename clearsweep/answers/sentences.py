@@ -1,4 +1,4 @@
-"""The one place that words an answer: a sentence is a rule (its condition), a template, and values of the answer."""
+"""The one place that words an answer: each rule yields its sentences from the values of the answer, or none."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -6,13 +6,13 @@ from typing import Any
 from ..language import wording
 from . import figure_sentences
 from .judge import DIFFERS, FALLS, MIN_DIFFERENCE, MIXED, NONE, NOT_RUN, RISES, missing_groups
+from .verdict import capitalise
 from .words import (
     MAX_LENGTH,
     MAX_LINES,
     PERCENT,
     Answer,
     Rule,
-    Sentence,
     Words,
     every_text,
     from_to,
@@ -37,7 +37,7 @@ def sentences(answer: Answer, words: Words) -> list[str]:
     lines: list[str] = []
     first, *others = RULES[answer["question"]]
     for rule in (first, figure_sentences.branch_sentences, *others, figure_sentences.found_sentences):
-        lines += [sentence.text for sentence in rule(answer, words)]
+        lines += map(capitalise, rule(answer, words))
     return [shortened(line) for line in dict.fromkeys(lines)][:MAX_LINES]
 
 
@@ -46,13 +46,13 @@ def shortened(line: str) -> str:
     return line if len(line) <= MAX_LENGTH else f"{line[: MAX_LENGTH - 4].rsplit(' ', 1)[0]} ..."
 
 
-def state(answer: Answer, words: Words) -> Iterator[Sentence]:
+def state(answer: Answer, words: Words) -> Iterator[str]:
     """Say that a run is not complete."""
     if not answer["complete"]:
-        yield Sentence("The run is not complete: the answer covers the cases that are finished so far.")
+        yield "The run is not complete: the answer covers the cases that are finished so far."
 
 
-def verdict(answer: Answer, words: Words) -> Iterator[Sentence]:
+def verdict(answer: Answer, words: Words) -> Iterator[str]:
     """Say how many designs meet the limits under every condition; without designs, how many cases do."""
     designs, total, counts = answer["designs"], answer["designs_total"], answer["cases"]
     judged = sum(counts[name] for name in ("met", "exceeded", "undecided")) if counts else 0
@@ -60,58 +60,55 @@ def verdict(answer: Answer, words: Words) -> Iterator[Sentence]:
         return
     verdicts = answer["verdicts"] if designs else {"meets": counts["met"], "undecided": counts["undecided"]}
     met, open_count = verdicts["meets"], verdicts["undecided"]
-    values = {"every": every_text(answer, words), "limits": words.limits_text(), "met": met, "total": total or judged}
-    values["open"] = f"; {open_count} undecided" if open_count else ""
-    values["verb"] = "meets" if met == 1 else "meet"
+    limits, limits_everywhere = words.limits_text(), f"the limits{every_text(answer, words)}: {words.limits_text()}"
+    undecided, verb = f"; {open_count} undecided" if open_count else "", "meets" if met == 1 else "meet"
     if not designs:
-        yield Sentence("{met} of {total} cases {verb} the limits: {limits}{open}.", values)
+        yield f"{met} of {judged} cases {verb} the limits: {limits}{undecided}."
     elif total == 1:
         (design,) = designs
-        values["subject"] = "the machine" if design["conditions"] > 1 else "the case"
+        subject = "the machine" if design["conditions"] > 1 else "the case"
         exceeding = f" ({design['exceeded']} of {design['conditions']} exceed)" if design["conditions"] > 1 else ""
-        template = {
-            "meets": "{subject} meets the limits{every}: {limits}.",
-            "exceeds": "{subject} does not meet the limits{every}: {limits}{exceeding}.",
-            "undecided": "Whether {subject} meets the limits{every} is undecided: {limits}.",
-        }
-        yield Sentence(template[design["verdict"]], values | {"exceeding": exceeding})
+        yield {
+            "meets": f"{subject} meets {limits_everywhere}.",
+            "exceeds": f"{subject} does not meet {limits_everywhere}{exceeding}.",
+            "undecided": f"Whether {subject} meets the limits{every_text(answer, words)} is undecided: {limits}.",
+        }[design["verdict"]]
     elif met == total:
-        yield Sentence("All {total} designs meet the limits{every}: {limits}.", values)
+        yield f"All {total} designs meet {limits_everywhere}."
     elif open_count == total:
-        yield Sentence("No design is known to meet the limits{every}: {limits}; all {total} are undecided.", values)
+        yield f"No design is known to meet {limits_everywhere}; all {total} are undecided."
     elif not met:
-        yield Sentence("None of {total} designs meets the limits{every}: {limits}{open}.", values)
+        yield f"None of {total} designs meets {limits_everywhere}{undecided}."
     else:
-        yield Sentence("{met} of {total} designs {verb} the limits{every}: {limits}{open}.", values)
+        yield f"{met} of {total} designs {verb} {limits_everywhere}{undecided}."
 
 
-def share(answer: Answer, words: Words) -> Iterator[Sentence]:
+def share(answer: Answer, words: Words) -> Iterator[str]:
     """Say which share of the draws of a sample exceeds a limit; the interval is that of the share that meets them."""
     designs = [design for design in answer["designs"] if "share" in design]
     if not designs or is_paired(answer):
         return
     if len(designs) > MAX_SHARES:
         items = [f"{words.design(design)} {share_text(design['share']['met'])}" for design in designs]
-        yield Sentence("Draws that meet the limits: {items}.", {"items": listed(items, MAX_LENGTH - 30)})
+        yield f"Draws that meet the limits: {listed(items, MAX_LENGTH - 30)}."
         return
     for design in designs:
-        part = design["share"]
+        part, interval, limits = design["share"], "", words.limits_text()
         where = f"{words.design(design)}: " if design["values"] else ""
-        values = {"where": where, "count": part["draws"], "interval": "", "limits": words.limits_text()}
         if part["undecided"] == 1.0:
-            yield Sentence("{where}none of {count} draws is known to meet or exceed the limits: {limits}.", values)
+            yield f"{where}none of {part['draws']} draws is known to meet or exceed the limits: {limits}."
             continue
-        values |= {name: share_text(part[name]) for name in ("exceeded", "undecided")}
-        values["undecided"] = f"; {values['undecided']} are undecided" if part["undecided"] else ""
+        undecided = f"; {share_text(part['undecided'])} are undecided" if part["undecided"] else ""
         if part["low"] is not None:
             ends = (part["low"], part["high"]) if part["undecided"] else (1.0 - part["high"], 1.0 - part["low"])
             low, high = (share_text(end).removesuffix(PERCENT) for end in ends)
             of_what = "meeting them" if part["undecided"] else "exceeding one"
-            values["interval"] = f" ({low} to {high}{PERCENT} {of_what}, 95{PERCENT} interval)"
-        yield Sentence("{where}{exceeded} of {count} draws exceed a limit{interval}{undecided}: {limits}.", values)
+            interval = f" ({low} to {high}{PERCENT} {of_what}, 95{PERCENT} interval)"
+        exceeded = f"{share_text(part['exceeded'])} of {part['draws']} draws exceed a limit"
+        yield f"{where}{exceeded}{interval}{undecided}: {limits}."
 
 
-def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
+def boundary(answer: Answer, words: Words) -> Iterator[str]:
     """Say up to where the limits are met, which designs meet them best, or which comes nearest."""
     designs = answer["designs"]
     if not designs or any("share" in design for design in designs):
@@ -120,33 +117,21 @@ def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
     if answer["designs_total"] == 1 or not designs[0]["values"]:
         if text := words.margin(designs[0]):
             lead = "Smallest" if designs[0]["verdict"] == "meets" else "Worst:"
-            values = {"lead": lead, "margin": text, "where": at_worst(answer, words, designs[0])}
-            yield Sentence("{lead} {margin}{where}.", values)
+            yield f"{lead} {text}{at_worst(answer, words, designs[0])}."
     elif edge := _edge(answer):
         good, bad, upwards = edge
-        values = {
-            "word": "up to" if upwards else "from",
-            "good": words.design(good),
-            "margin": in_brackets(words.margin(good)),
-            "bad": words.design(bad),
-            "worse": words.margin(bad),
-            "where": at_worst(answer, words, bad),
-        }
-        yield Sentence("Met {word} {good}{margin}; {bad} has {worse}{where}.", values)
+        met_range = f"{'up to' if upwards else 'from'} {words.design(good)}{in_brackets(words.margin(good))}"
+        yield f"Met {met_range}; {words.design(bad)} has {words.margin(bad)}{at_worst(answer, words, bad)}."
     elif met:
         items = [f"{words.design(design)}{in_brackets(words.margin(design))}" for design in met]
         lead = "Met by" if len(met) < answer["designs_total"] else "Best first:"
-        yield Sentence("{lead} {designs}.", {"lead": lead, "designs": listed(items, MAX_LENGTH - 15)})
-    elif exceeding := [design for design in designs if design["verdict"] == "exceeds"]:
-        nearest = exceeding[0]
-        values = {"design": words.design(nearest), "margin": words.margin(nearest)}
-        yield Sentence("Nearest: {design}, {margin}{where}.", values | {"where": at_worst(answer, words, nearest)})
+        yield f"{lead} {listed(items, MAX_LENGTH - 15)}."
+    elif nearest := next((design for design in designs if design["verdict"] == "exceeds"), None):
+        yield f"Nearest: {words.design(nearest)}, {words.margin(nearest)}{at_worst(answer, words, nearest)}."
     smallest = min((design["margin"] for design in met if design["margin"] is not None), default=1.0)
     if met and smallest < SMALL_MARGIN:
         text = f"{wording.short_number_text(100.0 * smallest, 3)}{PERCENT}"
-        yield Sentence(
-            "A margin of {margin} is not certain: other laws or longer runs may use it up.", {"margin": text}
-        )
+        yield f"A margin of {text} is not certain: other laws or longer runs may use it up."
 
 
 def at_worst(answer: Answer, words: Words, design: Mapping[str, Any]) -> str:
@@ -180,17 +165,16 @@ def _edge(answer: Answer) -> tuple[Mapping[str, Any], Mapping[str, Any], bool] |
     return (good, bad, good is low) if bad["verdict"] == "exceeds" else None
 
 
-def missing(answer: Answer, words: Words) -> Iterator[Sentence]:
+def missing(answer: Answer, words: Words) -> Iterator[str]:
     """Say what is missing of undecided designs: conditions that were not run, failed, or lack a figure."""
     designs = [design for design in answer["designs"] if design["missing"]]
     if not designs:
         return
     if is_paired(answer):
         section = next((name for name in ("zip", "sample") if words.record.get(name)), "cases")
-        yield Sentence(
-            "Every row of `{section}` has its own condition, so no design was run under all of them; name what you "
-            "choose in `roles`.",
-            {"section": section},
+        yield (
+            f"Every row of `{section}` has its own condition, so no design was run under all of them; name what you "
+            "choose in `roles`."
         )
         return
     groups = [
@@ -199,10 +183,9 @@ def missing(answer: Answer, words: Words) -> Iterator[Sentence]:
     ]
     items = [_missing_text(answer, words, *group) for group in groups]
     if len(designs) == 1 and (total := designs[0]["missing_total"]) > MAX_GAPS:
-        values = {"count": total, "total": designs[0]["conditions"], "item": items[0]}
-        yield Sentence("Undecided: {count} of {total} conditions, such as: {item}.", values)
+        yield f"Undecided: {total} of {designs[0]['conditions']} conditions, such as: {items[0]}."
         return
-    yield Sentence("Undecided: {items}.", {"items": listed(items, MAX_LENGTH - 12)})
+    yield f"Undecided: {listed(items, MAX_LENGTH - 12)}."
 
 
 def _missing_text(
@@ -234,7 +217,7 @@ def is_paired(answer: Answer) -> bool:
     )
 
 
-def convergence(answer: Answer, words: Words) -> Iterator[Sentence]:
+def convergence(answer: Answer, words: Words) -> Iterator[str]:
     """Say whether figures at coarser numerics agree with the finest ones, which decide."""
     largest: dict[tuple[str, str], Mapping[str, Any]] = {}
     for entry in answer["convergence"]:
@@ -243,20 +226,13 @@ def convergence(answer: Answer, words: Words) -> Iterator[Sentence]:
             largest[key] = entry
     for (path, figure), entry in list(largest.items())[:2]:
         finest, coarse = words.figures(figure, [entry["finest"], entry["next"]])
-        values = {
-            "which": "longest run" if path in LONGER_IS_FINER else f"finest {words.axis_name(path)}",
-            "figure": words.figure(figure),
-            "value": words.value(path, entry["value"]),
-            "finest": finest,
-            "coarse": coarse,
-            "difference": f"{wording.number_text(100.0 * size_of(entry), 2)}{PERCENT}",
-        }
+        which = "longest run" if path in LONGER_IS_FINER else f"finest {words.axis_name(path)}"
+        difference, name = f"{wording.number_text(100.0 * size_of(entry), 2)}{PERCENT}", words.figure(figure)
         if size_of(entry) <= CONVERGED:
-            yield Sentence("The {which} decides; coarser ones differ in {figure} by at most {difference}.", values)
+            yield f"The {which} decides; coarser ones differ in {name} by at most {difference}."
         else:
-            yield Sentence(
-                "The {which} decides ({figure} {finest}); {value}: {coarse}, {difference} off, not converged.", values
-            )
+            value = words.value(path, entry["value"])
+            yield f"The {which} decides ({name} {finest}); {value}: {coarse}, {difference} off, not converged."
 
 
 def size_of(entry: Mapping[str, Any]) -> float:
@@ -264,7 +240,7 @@ def size_of(entry: Mapping[str, Any]) -> float:
     return 1.0 if entry["difference"] is None else float(entry["difference"])
 
 
-def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
+def effect_lines(answer: Answer, words: Words) -> Iterator[str]:
     """Say how figures change with what varies, the strongest effect first."""
     for figure in deciding_figures(answer):
         effects = [effect for effect in answer["effects"] if effect["figure"] == figure]
@@ -272,7 +248,7 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
         texts = [effect_text(answer, words, effect, subject=not index) for index, effect in enumerate(clear)]
         texts = [text for text in texts if text]
         if texts:
-            yield Sentence("{effects}.", {"effects": listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1, more="")})
+            yield f"{listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1, more='')}."
         others = {
             verdict_: words.axes(
                 [effect["path"] for effect in effects if effect.get("trend", effect["verdict"]) == verdict_]
@@ -287,7 +263,7 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
             verb, it = "changes" if len(others[NONE]) == 1 else "change", "it" if clauses else words.figure(figure)
             clauses += [f"{_short_list(others[NONE])} {verb} {it} by at most {share_text(MIN_DIFFERENCE)}"]
         if clauses and (not texts or figure == deciding_figures(answer)[0]):
-            yield Sentence("{clauses}.", {"clauses": "; ".join(clauses)})
+            yield f"{'; '.join(clauses)}."
 
 
 def _short_list(names: Sequence[str]) -> str:
@@ -343,7 +319,7 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
     return f"{name} {changes} {from_to(start, end)}{grows}{turns}"
 
 
-def film(answer: Answer, words: Words) -> Iterator[Sentence]:
+def film(answer: Answer, words: Words) -> Iterator[str]:
     """Give the thinnest film, and the combinations whose films stay safe under every condition."""
     entries = figure_sentences.extremes_of(answer, "film_thickness_min", words)
     if not entries:
@@ -351,37 +327,32 @@ def film(answer: Answer, words: Words) -> Iterator[Sentence]:
     safe = answer.get("film")
     if safe and safe["total"] > 1:
         items = [f"{words.design(design)}{in_brackets(design['text'])}" for design in safe["designs"]]
-        values = {"count": safe["count"], "total": safe["total"], "every": every_text(answer, words)}
-        values |= {"criterion": safe["criterion"], "designs": listed(items, 60)}
-        values["open"] = f"; {safe['undecided']} undecided" if safe["undecided"] else ""
-        values["count"], values["verb"] = values["count"] or "none", "keep" if values["count"] > 1 else "keeps"
-        template = "{count} of {total} combinations {verb} its film {criterion}{every}"
-        yield Sentence(template + (": {designs}{open}." if items else "{open}."), values)
+        safe_designs = f": {listed(items, 60)}" if items else ""
+        undecided = f"; {safe['undecided']} undecided" if safe["undecided"] else ""
+        verb = f"{'keep' if safe['count'] > 1 else 'keeps'} its film {safe['criterion']}{every_text(answer, words)}"
+        yield f"{safe['count'] or 'none'} of {safe['total']} combinations {verb}{safe_designs}{undecided}."
         yield from missing({**answer, "designs": safe["missing"], "designs_total": safe["total"]}, words)
     entry = min(entries, key=lambda candidate: candidate["smallest"]["value"])
     (text,) = words.figures(entry["figure"], [entry["smallest"]["value"]])
-    where = figure_sentences.place_text(answer, words, entry["smallest"])
-    yield Sentence("Thinnest film: {value}{where}.", {"value": text, "where": where})
+    yield f"Thinnest film: {text}{figure_sentences.place_text(words, entry['smallest'])}."
 
 
 def worded(key: str) -> Rule:
     """Return the rule that says a sentence of the answer as it is."""
-    return lambda answer, words: [Sentence("{text}", {"text": answer[key]})] if answer.get(key) else []
+    return lambda answer, words: [answer[key]] if answer.get(key) else []
 
 
-def irregular(answer: Answer, words: Words) -> Iterator[Sentence]:
+def irregular(answer: Answer, words: Words) -> Iterator[str]:
     """Warn that longer runs exceed limits on peaks more often where the motion is not periodic."""
     if count := answer.get("irregular"):
-        values = {"count": count, "total": answer["finished"]}
-        yield Sentence(
-            "{count} of {total} motions are not periodic: longer runs exceed limits on peaks more often.", values
-        )
+        motions = f"{count} of {answer['finished']} motions"
+        yield f"{motions} are not periodic: longer runs exceed limits on peaks more often."
 
 
-def suggestion(answer: Answer, words: Words) -> Iterator[Sentence]:
+def suggestion(answer: Answer, words: Words) -> Iterator[str]:
     """Suggest a limit for a grid without limits."""
     if limit := answer.get("suggestion"):
-        yield Sentence("No limits are set. To judge the cases, add for example: limits: {{{limit}}}", {"limit": limit})
+        yield f"No limits are set. To judge the cases, add for example: limits: {{{limit}}}"
 
 
 laws = worded("laws")  # whether other laws change the verdict on the deciding case

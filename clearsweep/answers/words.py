@@ -10,7 +10,7 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from .ranking import column_texts
-from .verdict import Limit, capitalise, column_label, limit_label, limits_and_figures_of, units_of
+from .verdict import Limit, column_label, limit_label, limits_and_figures_of, units_of
 
 MIN_DIGITS, MAX_DIGITS = 4, 16  # significant digits of a varied value: as few as distinguish the values of its axis
 MAX_LINES, MAX_LENGTH = 6, 160  # of an answer, and characters of a line
@@ -18,18 +18,6 @@ PERCENT = f"{wording.BLANK}%"
 MAX_NAMED_AXES = 4  # varied values of a case above which a sentence has its id instead
 
 Answer = Mapping[str, Any]
-
-
-class Sentence(NamedTuple):
-    """A template and the values that fill it."""
-
-    template: str
-    values: Mapping[str, Any] = {}
-
-    @property
-    def text(self) -> str:
-        """Return the sentence, which begins with a capital letter."""
-        return capitalise(self.template.format(**self.values))
 
 
 class Words:
@@ -99,10 +87,10 @@ class Words:
         """Return a limit in words: 'force peak at most 60 kN'."""
         return limit_label(self.layout, limit, self.units.get(limit.column, "1"))
 
-    def limits_text(self, most: int = 2) -> str:
-        """Return the limits in words, or their number if there are more than `most`."""
+    def limits_text(self) -> str:
+        """Return the limits in words, or their number if there are more than two."""
         texts = [self.limit(limit) for limit in self.limits]
-        return wording.sentence_list(texts) if len(texts) <= most else f"{len(texts)} limits"
+        return wording.sentence_list(texts) if len(texts) <= 2 else f"{len(texts)} limits"
 
     def margin(self, entry: Mapping[str, Any]) -> str:
         """Return a margin or an excess of a design in words: 'margin 12 %', '1.4 times the limit of force peak'."""
@@ -115,11 +103,11 @@ class Words:
         return f"{self.figure(column)} beyond its limit" if column else ""
 
 
-def listed(items: Sequence[str], max_length: int, separator: str = "; ", more: str = "{} more") -> str:
+def listed(items: Sequence[str], max_length: int, more: str = "{} more") -> str:
     """Return as many items as fit into `max_length` characters, and how many more there are if `more` says so."""
     for count in range(len(items), 0, -1):
-        rest = separator + more.format(len(items) - count) if more and count < len(items) else ""
-        text = separator.join(items[:count]) + rest
+        rest = "; " + more.format(len(items) - count) if more and count < len(items) else ""
+        text = "; ".join(items[:count]) + rest
         if len(text) <= max_length or count == 1:
             return text
     return ""
@@ -152,7 +140,7 @@ def from_to(first: str, last: str) -> str:
     return f"from {first} to {last}"
 
 
-Rule = Callable[[Answer, Words], Iterable[Sentence]]
+Rule = Callable[[Answer, Words], Iterable[str]]
 
 
 def margin_text(margin: float, limits: Sequence[Limit], name: str = "") -> str:

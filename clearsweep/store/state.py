@@ -383,7 +383,9 @@ def status_text(facts: dict[str, Any]) -> str:
     labels = {
         FINISHED: f"finished {facts['end']}",
         UNDER_WAY: f"a run works here ({facts['holder']})",
-        INTERRUPTED: "interrupted; run the same command again to continue",
+        INTERRUPTED: "a merge without all cases; run those that are left, then merge again"
+        if facts["end"]
+        else "interrupted; run the same command again to continue",
         DAMAGED: "damaged",
     }
     total = "" if facts["cases"] is None else f" of {facts['cases']:,}"

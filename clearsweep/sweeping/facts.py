@@ -35,10 +35,10 @@ from ..store import StoredRun, sum_counts
 # Values of a case in words, for the last lines of a run.
 
 
-def grid_texts(values: Iterable[float], unit: str, *, speed: bool = False) -> list[str]:
-    """Return values of one quantity as `grid_text` does, all in the unit of the largest."""
+def grid_texts(values: Iterable[float], unit: str, *, speed: bool = False, typical: float | None = None) -> list[str]:
+    """Return values of one quantity as `grid_text` does, all in the unit of the largest, or of a `typical` value."""
     values = list(values)
-    scale = wording.scale(unit, values, speed=speed)
+    scale = wording.scale(unit, values if typical is None else typical, speed=speed)
     name = "deg" if scale.unit == "\u00b0" else scale.unit.replace(wording.BLANK, " ")
     if not name:  # 15440, not 1.544e+04
         return [f"{float(f'{value:.4g}'):.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}" for value in values]

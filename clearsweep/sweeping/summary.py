@@ -8,7 +8,7 @@ from typing import Any
 from .. import grid as grids
 from ..answers.judged import binomial_interval
 from ..answers.questions import dry_share_text, expected_peak_sentence
-from ..answers.ranking import START_UP
+from ..answers.ranking import START_UP, TYPICAL_VELOCITY
 from ..answers.verdict import Limit, column_label, limit_label
 from ..answers.words import MIN_DIGITS, common_units, digits_of, varied_text
 from ..contracts.layout import Layout
@@ -304,9 +304,9 @@ def figure_texts(column: list[dict[str, Any]], units: Mapping[str, str]) -> list
         if text is None:
             numbers.setdefault(units.get(figure["column"], "1"), []).append(index)
     for unit, indices in numbers.items():
-        is_speed = "speed" in column[indices[0]]["column"]
-        values = [column[index]["value"] for index in indices]
-        for index, text in zip(indices, grid_texts(values, unit, speed=is_speed), strict=True):
+        name, values = column[indices[0]]["column"], [column[index]["value"] for index in indices]
+        typical = TYPICAL_VELOCITY if name.endswith("velocity_rms") else None  # as in the sentences
+        for index, text in zip(indices, grid_texts(values, unit, speed="speed" in name, typical=typical), strict=True):
             texts[index] = text
     return [str(text) for text in texts]
 

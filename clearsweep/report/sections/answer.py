@@ -14,6 +14,7 @@ from ...answers.figure_sentences import extremes_of
 from ...answers.judge import DIFFERS, FALLS, RISES
 from ...answers.judged import named_value
 from ...answers.questions import MIN_REVOLUTIONS, expected_peak_sentence, largest_expected_peak, required_columns
+from ...answers.ranking import TORQUE_UNIT
 from ...answers.sentences import at_worst, deciding_figures, effect_text
 from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, limit_label
 from ...answers.words import case_margin_text, every_text, factor_text, share_text
@@ -119,6 +120,8 @@ def _extreme_cards(study: Study, answer: Mapping[str, Any], figure: tuple[str, s
     text = hours if name == "life_hours" else words.figures(worst["figure"], [value])[0]
     if name == "force_peak" and not value:
         text = "the surfaces never touch"
+    if words.units[worst["figure"]] == TORQUE_UNIT:
+        title = title.replace("normal force", "torque")
     ratio = worst[end].get("ratio")
     notes = [words.setting(worst[end]["values"], worst[end]["case"])]
     notes += [f"{factor_text(ratio)} times the ideal"] if ratio else []
