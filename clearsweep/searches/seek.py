@@ -267,7 +267,7 @@ class Seek(Search):
     @classmethod
     def read(cls, reader: sections.Reader, root: WrittenValue) -> "Seek | None":
         """Return the section `seek`, or None if it is missing or wrong."""
-        section = sections.section_in(root, SEEK)
+        section = root.value.get(SEEK)
         paths = tuple(path for path, section_name in reader.varied_by.items() if section_name == SEEK)
         if section is None or not paths or not set(paths) <= reader.axes.keys():
             return None

@@ -14,7 +14,7 @@ from ..answers.verdict import KINDS, MARGIN_COLUMN, Limit, limits_and_figures_of
 from ..contracts.catalogue import CHOICE
 from ..contracts.search import FurtherRuns, Rounds, Search
 from ..grid.keys import Number
-from ..grid.sections import CountKey, Reader, check_always_used, section_in
+from ..grid.sections import CountKey, Reader, check_always_used
 from ..grid.written import AXIS_SECTIONS, MistakeError, WrittenValue
 from ..language import np, phases, quantity
 from ..language.errors import InputError, mistake_of
@@ -269,7 +269,7 @@ class SearchOver(Search):
     @classmethod
     def read(cls, reader: Reader, root: WrittenValue) -> Self | None:
         """Return the section, or None if it is missing or wrong; the axes must have been read."""
-        section = section_in(root, cls.name)
+        section = root.value.get(cls.name)
         paths = [path for path, section_name in reader.varied_by.items() if section_name == cls.name]
         if section is None or not isinstance(section.value, dict):
             return None

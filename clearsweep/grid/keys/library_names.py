@@ -18,7 +18,6 @@ COUNT = "elements"  # the number of a bearing that is whole
 BODIES = ("bearing", "journal")
 MATERIAL_KEYS = ("young", "poisson", "yield_strength")
 DEFAULT_WEAR_LAW = "archard"  # law of wear if a pair is named without a law
-_CONTACTS = ("contact", "axial")
 
 
 class LibraryNumber(NamedTuple):
@@ -48,27 +47,25 @@ class _NameReplacer:
     def replace_in_joint(self, path: str, joint: WrittenValue) -> WrittenValue:
         """Return a joint with its names replaced by numbers."""
         joint = self._bearing(path, joint)
-        for contact in _CONTACTS:
-            joint = _with_changed_entry(joint, f"{path}.{contact}", contact, self._contact)
+        joint = _changed(path, joint, ("contact", "axial"), self._contact)
         of_rolling = partial(self._material, unchecked=False, used_keys=MATERIAL_KEYS[:2])  # without the strength
-        joint = _with_changed_entry(joint, f"{path}.material", "material", of_rolling)
-        joint = _with_changed_entry(joint, f"{path}.film", "film", self._film)
-        joint = _with_changed_entry(joint, f"{path}.thermal", "thermal", self._thermal)
-        return _with_changed_entry(joint, f"{path}.wear", "wear", self._wear)
+        joint = _changed(path, joint, ("material",), of_rolling)
+        joint = _changed(path, joint, ("film",), self._film)
+        joint = _changed(path, joint, ("thermal",), self._thermal)
+        return _changed(path, joint, ("wear",), self._wear)
 
     def _bearing(self, path: str, joint: WrittenValue) -> WrittenValue:
         """Return a rolling bearing with the sizes, ratings and group of a named one; keys next to the name stay."""
-        if not isinstance(joint.value, dict) or not {BEARING, UNCHECKED} & {*joint.value} or "type" not in joint.value:
+        if "type" not in joint.entries:
             return joint
-        joint, unchecked = self._pop_unchecked(path, joint, (BEARING,))
-        if BEARING not in joint.value:
+        joint, name, unchecked = self._taken(path, joint, BEARING)
+        if name is None:
             return joint
-        name = text_of_name(joint.value[BEARING])
+        name = text_of_name(name)
         designation, group = parse_bearing_name(name.value) if isinstance(name.value, str) else (name.value, "")
         entry = self._entry(library.BEARINGS, f"{path}.{BEARING}", name.with_value(designation))
         sizes, grooves, ratings = (_part_of(entry, part) for part in ("", "groove", "capacity"))
-        content = {key: value for key, value in joint.value.items() if key != BEARING}
-        content.setdefault("kind", _by_name(name, "ball" if grooves.values else "needle"))
+        content = {"kind": _by_name(name, "ball" if grooves.values else "needle")} | joint.value
         content = self._filled(path, content, sizes, tuple(sizes.values), name, unchecked)
         capacity = content.get("capacity", name.with_value({}))
         if isinstance(capacity.value, dict):
@@ -81,7 +78,7 @@ class _NameReplacer:
             self.problems.add(name, f"{path}.{BEARING}", mistake)
         if grooves.values:
             content["clearance"] = self._clearance(path, content.get("clearance"), name, group)
-        return joint.with_value({key: value for key, value in content.items() if value is not None})
+        return joint.with_value(content)
 
     def _clearance(self, path: str, written: WrittenValue | None, name: WrittenValue, group: str) -> WrittenValue:
         """Return the clearance of a named bearing: its group, CN if there is none, mounted as written."""
@@ -97,20 +94,16 @@ class _NameReplacer:
 
     def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
         """Return a heat balance with the thermal expansion of named materials."""
-        thermal = _with_changed_entry(
-            thermal, f"{path}.housing", "housing", partial(self.with_material, keys=("expansion",))
-        )
-        if not isinstance(thermal.value, dict):
-            return thermal
+        thermal = _changed(path, thermal, ("housing",), partial(self.with_material, keys=("expansion",)))
         material_path = f"{path.rpartition('.')[0]}.contact.material"
-        materials = {
-            body: self.materials.get(f"{material_path}.{body}", self.materials.get(material_path)) for body in BODIES
-        }
-        written = thermal.value.get("expansion", thermal.with_value({}))
-        if None in materials.values() or not isinstance(written.value, dict):
+        materials = [
+            self.materials.get(f"{material_path}.{body}", self.materials.get(material_path)) for body in BODIES
+        ]
+        written = thermal.entries.get("expansion", thermal.with_value({}))
+        if not isinstance(thermal.value, dict) or None in materials or not isinstance(written.value, dict):
             return thermal
         content = dict(written.value)
-        for body, entry in materials.items():
+        for body, entry in zip(BODIES, materials, strict=True):
             if body not in content and entry is not None:
                 value = entry.values["expansion"]
                 content[body] = written.with_value(_written_text(value))
@@ -119,76 +112,63 @@ class _NameReplacer:
 
     def with_material(self, path: str, section: WrittenValue, keys: tuple[str, ...]) -> WrittenValue:
         """Return a section with the name of its material replaced by the numbers of these keys."""
-        section, unchecked = self._pop_unchecked(path, section, (HOUSING_MATERIAL,))
-        if not isinstance(section.value, dict) or HOUSING_MATERIAL not in section.value:
+        section, name, unchecked = self._taken(path, section, HOUSING_MATERIAL)
+        if name is None:
             return section
-        name = section.value[HOUSING_MATERIAL]
-        content = {key: value for key, value in section.value.items() if key != HOUSING_MATERIAL}
         entry = self._entry(library.MATERIALS, f"{path}.{HOUSING_MATERIAL}", name)
-        return section.with_value(self._filled(path, content, entry, keys, name, unchecked))
+        return section.with_value(self._filled(path, section.value, entry, keys, name, unchecked))
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(nested: str, written: WrittenValue) -> WrittenValue:
             written, unchecked = self._pop_unchecked(nested, written, (MATERIAL, *BODIES))
-            for body in BODIES:
-                written = _with_changed_entry(
-                    written, f"{nested}.{body}", body, partial(self._material, unchecked=unchecked)
-                )
+            written = _changed(nested, written, BODIES, partial(self._material, unchecked=unchecked))
             return self._material(nested, written, unchecked=unchecked)
 
-        return _with_changed_entry(contact, f"{path}.material", "material", material)
+        return _changed(path, contact, ("material",), material)
 
     def _material(
         self, path: str, written: WrittenValue, *, unchecked: bool, used_keys: tuple[str, ...] = MATERIAL_KEYS
     ) -> WrittenValue:
         """Return a material as a section, from a name or from a section with a name."""
-        written, consents = self._pop_unchecked(path, written, (MATERIAL,))
+        written, name, consents = self._taken(path, written, MATERIAL)
         if isinstance(written.value, str):
-            name, content = written, dict[str, WrittenValue]()
-        elif isinstance(written.value, dict) and MATERIAL in written.value:
-            name, content = written.value[MATERIAL], {k: v for k, v in written.value.items() if k != MATERIAL}
-        else:
+            name, written = written, written.with_value({})
+        if name is None:
             return written
         entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
         unchecked |= consents
-        return written.with_value(self._filled(path, content, entry, used_keys, name, unchecked))
+        return written.with_value(self._filled(path, written.value, entry, used_keys, name, unchecked))
 
     def _film(self, path: str, film: WrittenValue) -> WrittenValue:
-        film, unchecked = self._pop_unchecked(path, film, (OIL,))
-        if not isinstance(film.value, dict) or OIL not in film.value:
+        place = film.keys.get(OIL)
+        film, name, unchecked = self._taken(path, film, OIL)
+        if name is None:
             return film
-        name, viscosity = film.value[OIL], film.value.get("viscosity")
-        if viscosity is not None and not isinstance(viscosity.value, dict):
+        viscosity = film.value.get("viscosity", name.with_value({}))
+        if not isinstance(viscosity.value, dict):
             message = "conflicts with `viscosity`, which it determines; remove one of the two"
-            self.problems.add(film.key_position(OIL), f"{path}.{OIL}", message)
-            return film.with_value({key: value for key, value in film.value.items() if key != OIL})
-        content = {} if viscosity is None else viscosity.value
+            self.problems.add(place or name, f"{path}.{OIL}", message)
+            return film
         entry = self._entry(library.OILS, f"{path}.{OIL}", name)
-        filled = self._filled(f"{path}.viscosity", content, entry, tuple(entry.values), name, unchecked)
-        without_name = {key: value for key, value in film.value.items() if key != OIL}
-        return film.with_value(without_name | {"viscosity": (viscosity or name).with_value(filled)})
+        filled = self._filled(f"{path}.viscosity", viscosity.value, entry, tuple(entry.values), name, unchecked)
+        return film.with_value(film.value | {"viscosity": viscosity.with_value(filled)})
 
     def _wear(self, path: str, wear: WrittenValue) -> WrittenValue:
         """Return a section of wear with the coefficient of a named pair; the harder of unlike bodies does not wear."""
-        wear, unchecked = self._pop_unchecked(path, wear, (PAIR,))
-        if not isinstance(wear.value, dict) or PAIR not in wear.value:
+        wear, name, unchecked = self._taken(path, wear, PAIR)
+        if name is None:
             return wear
-        name = wear.value[PAIR]
-        content = {key: value for key, value in wear.value.items() if key != PAIR}
-        content.setdefault("law", name.with_value(DEFAULT_WEAR_LAW))
+        content = {"law": name.with_value(DEFAULT_WEAR_LAW)} | wear.value
         entry = self._entry(library.PAIRS, f"{path}.{PAIR}", name)
         content = self._filled(path, content, entry, ("coefficient",), name, unchecked)
         hard_body = self._harder_body(path.rpartition(".")[0])
         if not entry.hard_body_wears and f"{hard_body}_coefficient" not in content:
-            zero = _by_name(name, 0)
+            zero, value = _by_name(name, 0), Value("m^2/N", 0.0, 0.0, 0.0)
             content[f"{hard_body}_coefficient"] = zero
-            self.numbers.append(
-                LibraryNumber(f"{path}.{hard_body}_coefficient", entry.name, Value("m^2/N", 0.0, 0.0, 0.0))
-            )
-            running_in = content.get("running_in")
-            if running_in and isinstance(running_in.value, dict):
-                unworn = {f"{hard_body}_initial": zero} | running_in.value
-                content["running_in"] = running_in.with_value(unworn)
+            self.numbers.append(LibraryNumber(f"{path}.{hard_body}_coefficient", entry.name, value))
+            unworn = {f"{hard_body}_initial": zero}
+            wear = wear.with_value(content)
+            return _changed(path, wear, ("running_in",), lambda _, part: part.with_value(unworn | part.entries))
         return wear.with_value(content)
 
     def _harder_body(self, joint: str) -> str:
@@ -212,9 +192,14 @@ class _NameReplacer:
             self.problems.add(name, path, message)
         return next(iter(entries.values()))
 
+    def _taken(self, path: str, section: WrittenValue, key: str) -> tuple[WrittenValue, WrittenValue | None, bool]:
+        """Return a section without a name and `unchecked`, the name or None, and whether `unchecked` is true."""
+        section, unchecked = self._pop_unchecked(path, section, (key,))
+        return section.without(key), section.entries.get(key), unchecked
+
     def _pop_unchecked(self, path: str, section: WrittenValue, names: tuple[str, ...]) -> tuple[WrittenValue, bool]:
         """Return a section without its key `unchecked`, and whether that is true; names : keys it may belong to."""
-        if not isinstance(section.value, dict) or UNCHECKED not in section.value:
+        if UNCHECKED not in section.entries:
             return section, False
         flag = section.value[UNCHECKED]
         if not isinstance(flag.value, bool):
@@ -224,8 +209,7 @@ class _NameReplacer:
             self.problems.add(section.key_position(UNCHECKED), f"{path}.{UNCHECKED}", message)
         elif flag.value:
             self.unchecked_sections.append(path)
-        content = {key: value for key, value in section.value.items() if key != UNCHECKED}
-        return section.with_value(content), flag.value is True
+        return section.without(UNCHECKED), flag.value is True
 
     def _filled(
         self,
@@ -269,33 +253,28 @@ def replace_library_names(
 ) -> tuple[WrittenValue, list[LibraryNumber], list[str]]:
     """Return the document with library names replaced by numbers, these numbers, and where values are unchecked."""
     replacer = _NameReplacer(problems)
-
-    def joints(path: str, section: WrittenValue) -> WrittenValue:
-        for name in section.value if isinstance(section.value, dict) else ():
-            section = _with_changed_entry(section, f"{path}.{name}", name, replacer.replace_in_joint)
-        return section
-
-    def link(path: str, body: WrittenValue) -> WrittenValue:
-        change = partial(replacer.with_material, keys=("young", "density"))
-        return _with_changed_entry(body, f"{path}.elastic", "elastic", change)
+    change_link = partial(replacer.with_material, keys=("young", "density"))
 
     def bodies(path: str, section: WrittenValue) -> WrittenValue:
-        for name in section.value if isinstance(section.value, dict) else ():
-            section = _with_changed_entry(section, f"{path}.{name}", name, bodies if name == "bodies" else link)
-        return section
+        section = _changed(path, section, ("bodies",), bodies)
+        links = [name for name in section.entries if name != "bodies"]
+        return _changed(path, section, links, lambda nested, body: _changed(nested, body, ("elastic",), change_link))
 
-    root = _with_changed_entry(root, "mechanism", "mechanism", bodies)
-    return _with_changed_entry(root, "joints", "joints", joints), replacer.numbers, replacer.unchecked_sections
+    root = _changed("", root, ("mechanism",), bodies)
+    root = _changed(
+        "", root, ("joints",), lambda path, joints: _changed(path, joints, joints.entries, replacer.replace_in_joint)
+    )
+    return root, replacer.numbers, replacer.unchecked_sections
 
 
-def _with_changed_entry(
-    section: WrittenValue, path: str, key: str, change: Callable[[str, WrittenValue], WrittenValue]
+def _changed(
+    path: str, section: WrittenValue, keys: Iterable[str], change: Callable[[str, WrittenValue], WrittenValue]
 ) -> WrittenValue:
-    """Return a section with the value of `key`, if any, changed."""
-    if not isinstance(section.value, dict) or key not in section.value:
-        return section
-    replacement = change(path, section.value[key])
-    return section if replacement is section.value[key] else section.with_value(section.value | {key: replacement})
+    """Return a section, the one at `path`, with those values changed that it has at these keys."""
+    changed = {
+        key: change(f"{path}.{key}".removeprefix("."), section.value[key]) for key in keys if key in section.entries
+    }
+    return section.with_value(section.value | changed) if changed else section
 
 
 def _part_of(entry: Entry, part: str) -> Entry:

@@ -107,15 +107,11 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
 
 def outline_of_document(root: WrittenValue) -> Outline:
     """Return the outline of a grid as written."""
-    sections = root.value if isinstance(root.value, dict) else {}
+    sections, nothing = root.value, WrittenValue({})
     tree = {key: plain_value(sections[key]) for key in _SECTIONS if key in sections}
-    axis_sections = [
-        _section(sections[section_name].value) for section_name in AXIS_SECTIONS if section_name in sections
-    ]
-    if "sample" in sections:
-        over = _section(sections["sample"].value).get("over")
-        axis_sections.append(_section(over.value if over else None))
-    return outline_of(tree, [path for section in axis_sections for path in section])
+    axis_sections = [sections.get(section_name, nothing) for section_name in AXIS_SECTIONS]
+    axis_sections.append(sections.get("sample", nothing).entries.get("over", nothing))
+    return outline_of(tree, [path for section in axis_sections for path in section.entries])
 
 
 def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:

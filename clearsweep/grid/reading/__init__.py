@@ -66,7 +66,8 @@ def read_keys(
         keys_in_plane=keys_in_plane,
     )
     all_keys |= keys_of_names(varied_names)
-    _read_section(reader, _with_figures(root, own_figures), "", all_keys)
+    figures = {FIGURES_SECTION.name: own_figures} if own_figures.value else {}
+    _read_section(reader, root.with_value(root.without(FIGURES_SECTION.name).value | figures), "", all_keys)
     reader.written |= written_names(varied_names, root)
     _select_keys_in_use(reader, all_keys)
     variations.record_variations(reader, root, all_keys, fixed_paths)
@@ -118,10 +119,10 @@ def _record_axes_of_searches(reader: Reader, all_keys: KeyTable, axes_of: Callab
 def _own_figures(root: WrittenValue, catalogue: Catalogue) -> WrittenValue:
     """Return the part of the section `figures` that names figures of one's own, each as a section."""
     written: WrittenValue = root.value.get(FIGURES_SECTION.name, WrittenValue({}))
-    names, entries = catalogue.names("figure"), written.value if isinstance(written.value, dict) else {}
+    names = catalogue.names("figure")
     own = {
         name: replace(entry, value={"law": entry}) if entry.value in names else entry
-        for name, entry in entries.items()
+        for name, entry in written.entries.items()
         if isinstance(entry.value, dict) or (isinstance(entry.value, str) and entry.value in names)
     }
     return written.with_value(own)
@@ -134,12 +135,6 @@ def _figure_outline(name: str, written: WrittenValue, catalogue: Catalogue) -> F
     return FigureOutline(name, law.name, law.unit, law.formula) if law else FigureOutline(name, "")
 
 
-def _with_figures(root: WrittenValue, figures: WrittenValue) -> WrittenValue:
-    """Return a document whose section `figures` has these entries, or no such section if there are none."""
-    others = {name: entry for name, entry in root.value.items() if name != FIGURES_SECTION.name}
-    return replace(root, value=others | ({FIGURES_SECTION.name: figures} if figures.value else {}))
-
-
 def _mechanism_and_keys_in_plane(
     root: WrittenValue, catalogue: Catalogue, outline: Outline
 ) -> tuple[Mechanism, Collection[str]]:
@@ -147,10 +142,9 @@ def _mechanism_and_keys_in_plane(
 
     Of one in space the keys that it would have in the plane are returned, too.
     """
-    section = root.value.get("mechanism") if isinstance(root.value, dict) else None
-    written_type = section.value.get("type") if section and isinstance(section.value, dict) else None
+    section = root.value.get("mechanism", WrittenValue({}))
     by_name = {mechanism.name: mechanism for mechanism in catalogue.mechanisms}
-    type_name = str(written_type.value) if written_type else ""
+    type_name = str(section.entries.get("type", WrittenValue("")).value)
     candidates = [name for name in by_name if name == type_name or f"'{name}'" in did_you_mean(type_name, by_name)]
     mechanism = by_name[candidates[0]] if candidates else catalogue.mechanisms[0]
     if mechanism.with_outline is None:
@@ -229,7 +223,7 @@ def _record_entry(reader: Reader, entry: WrittenValue, path: str, all_keys: KeyT
 
 def _report_invalid_names(reader: Reader, path: str, entry: WrittenValue) -> bool:
     """Report invalid names in an open section, and return whether there are any."""
-    names = list(entry.value) if has_user_names(path) and isinstance(entry.value, dict) else []
+    names = list(entry.entries) if has_user_names(path) else []
     invalid = dict(wrong_names(path, names))
     for name, message in invalid.items():
         reader.problems.add(entry.key_position(name), f"{path}.{name}", f"'{name}' {message}")

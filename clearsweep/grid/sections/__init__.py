@@ -127,7 +127,7 @@ class WordListKey(Key):
 
     def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> tuple[str, ...]:
         """Return the known words of the list, in the order of `words`."""
-        items = _items(written)
+        items = written.items
         for item in items:
             if item.value not in self.words:
                 suggestion = did_you_mean(str(item.value), self.words) or f" (known: {', '.join(self.words)})"
@@ -149,7 +149,7 @@ class NamesKey(Key):
 
     def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> list[WrittenValue]:
         """Return the names with their positions, each once."""
-        items = _items(written)
+        items = written.items
         invalid = [item for item in items if not isinstance(item.value, str)]
         if invalid or not items:
             faulty = invalid[0] if invalid else written
@@ -228,14 +228,9 @@ class EntriesKey(Key):
 
     def read(self, problems: Problems, key_path: str, written: WrittenValue, unit: str) -> WrittenValue:
         """Return the entries with their positions."""
-        if isinstance(written.value, dict) and written.value:
+        if written.entries:
             return written
         raise MistakeError(written, key_path, f"found {quoted(written.value)}{self.missing}")
-
-
-def _items(written: WrittenValue) -> list[WrittenValue]:
-    """Return the items of a list, or the single value in its place."""
-    return written.value if isinstance(written.value, list) else [written]
 
 
 _ADDED_KEY = Key(ADDED, "do not write it: run.json lists the added cases here", {"type": "object"}, internal=True)
@@ -283,7 +278,7 @@ class KeySection(NamedTuple):
 
     def find(self, problems: Problems, root: WrittenValue) -> WrittenValue | None:
         """Return the section, or None if it is missing or unreadable; report unknown keys in it."""
-        section = section_in(root, self.name)
+        section: WrittenValue | None = root.value.get(self.name)
         if section is None:
             return None
         if not isinstance(section.value, dict):
@@ -325,19 +320,14 @@ class NameSection(NamedTuple):
 
     def entries(self, problems: Problems, root: WrittenValue) -> dict[str, WrittenValue]:
         """Return the entries, or {} if the section is missing or empty; an empty section is reported."""
-        section = section_in(root, self.name)
+        section: WrittenValue | None = root.value.get(self.name)
         if section is None:
             return {}
-        if not isinstance(section.value, dict) or not section.value:
+        if not section.entries:
             message = f"contains no {self.noun}; for example: `{self.example}`, or leave the key '{self.name}' out"
             problems.add(section, self.name, message)
             return {}
         return dict(section.value)
-
-
-def section_in(root: WrittenValue, name: str) -> WrittenValue | None:
-    """Return the section of that name, or None."""
-    return root.value.get(name) if isinstance(root.value, dict) else None
 
 
 def report_unknown_keys(
@@ -455,8 +445,7 @@ class Reader:
         key = self.keys_in_use.get(path)
         unit = key.fields(self.names)[0].unit if isinstance(key, Number) and key.is_used(self.names) else "1"
         entry = self.written_axes.get(path) or self.written.get(path)
-        items = [] if entry is None else entry.value if isinstance(entry.value, list) else [entry]
-        for item in items:
+        for item in entry.items if entry else ():
             with suppress(InputError):
                 if quantity.read(item.value, unit) == value:
                     return quantity.written_text(item.value, unit)
@@ -507,8 +496,7 @@ def make_word_axis(reader: Reader, path: str) -> None:
 def find_added_cases(reader: Reader, root: WrittenValue) -> None:
     """Record the added cases that the section of a search lists."""
     for name in reader.searches:
-        section = section_in(root, name)
-        written = section.value.get(ADDED) if section is not None and isinstance(section.value, dict) else None
+        written = root.value.get(name, WrittenValue({})).entries.get(ADDED)
         if written is None:
             continue
         if isinstance(written.value, dict):

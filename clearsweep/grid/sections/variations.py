@@ -15,7 +15,7 @@ from ..keys.run_keys import BRANCHES, CARRIED, DIRECTION, DRAW, LIFE, START
 from ..written import AXIS_SECTIONS, MistakeError, Problems, WrittenValue
 from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
 from ..written.tables import is_table, read_cases
-from . import Reader, ValueReader, section_in
+from . import Reader, ValueReader
 from .axes import DISTRIBUTIONS, SAMPLE_SECTION, SPACING_FORMS, draw_values, read_axis, read_distribution, read_sample
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -30,7 +30,7 @@ VARYING_SECTIONS = (*AXIS_SECTIONS, "sample")
 def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed_paths: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed_paths` no longer vary."""
     for section_name in VARYING_SECTIONS:
-        section = section_in(root, section_name)
+        section = root.value.get(section_name)
         with reader.problems.reporting():
             if section is not None:
                 _record_section(reader, root, section_name, section, all_keys, fixed_paths)
@@ -55,7 +55,7 @@ def _record_section(
         example = "{normal: {mean: 1 mm, cv: 0.1}}"
         if "over" not in section.value:
             raise MistakeError(section, key_path, f"is missing; write `dotted.path: {example}`")
-    if not isinstance(written.value, dict) or not written.value:
+    if not written.entries:
         reasons = {"sweep": "nothing is swept", "sample": "nothing is drawn"}
         remedy = f"write `dotted.path: {example}`, or leave the key '{section_name}' out"
         reason = reasons.get(section_name, "no values vary together")
@@ -380,14 +380,14 @@ _MOST_DRAWS = 100_000
 
 def with_branch_axes(root: WrittenValue, problems: Problems) -> WrittenValue:
     """Return a document in which the start of the motion is a word, and the starts of each point are an axis."""
-    simulate = root.value.get("simulate")
-    settings = simulate.value if simulate is not None and isinstance(simulate.value, dict) else {}
+    simulate = root.value.get("simulate", WrittenValue({}))
+    settings = simulate.entries
     start = settings.get("start")
     if start is None:
         return root
     if isinstance(start.value, dict):
         settings = {**settings, **_settings_of(start, settings, problems)}
-        root = _with(root, "simulate", replace(simulate, value=settings))
+        root = _with(root, "simulate", simulate.with_value(settings))
     word, sweep = settings["start"].value, root.value.get("sweep", WrittenValue({}, start.origin))
     if word not in BRANCHES or not isinstance(sweep.value, dict):
         return root
@@ -397,8 +397,8 @@ def with_branch_axes(root: WrittenValue, problems: Problems) -> WrittenValue:
     values = ["up", "down"] if word == "carried" else range(1, 1 + (_count(settings.get("random")) or 1))
     items = [start.with_value(value) for value in values]
     axis = start.with_value(items)
-    root = _with(root, "simulate", replace(simulate, value={k: v for k, v in settings.items() if k != "random"}))
-    return _with(root, "sweep", replace(sweep, value={**sweep.value, path: axis})) if len(items) > 1 else root
+    root = _with(root, "simulate", simulate.with_value(settings).without("random"))
+    return _with(root, "sweep", sweep.with_value({**sweep.value, path: axis})) if len(items) > 1 else root
 
 
 def _settings_of(start: WrittenValue, settings: dict[str, Any], problems: Problems) -> dict[str, Any]:

@@ -247,6 +247,20 @@ class WrittenValue:
         """Return another value at this position, and with these positions of keys."""
         return WrittenValue(value, self.origin, self.line, self.column, self.keys)
 
+    @property
+    def entries(self) -> dict[str, "WrittenValue"]:
+        """Return the content of a section, or {} of anything else."""
+        return self.value if isinstance(self.value, dict) else {}
+
+    @property
+    def items(self) -> list["WrittenValue"]:
+        """Return the items of a list, or the single value in its place."""
+        return self.value if isinstance(self.value, list) else [self]
+
+    def without(self, key: str) -> "WrittenValue":
+        """Return a section without a key, or any other value unchanged."""
+        return self.with_value({k: value for k, value in self.value.items() if k != key}) if self.entries else self
+
     def key_position(self, key: str) -> "WrittenValue":
         """Return the position of a key of this section, or that of its value if it is unknown."""
         position = self.keys.get(key)
@@ -467,7 +481,7 @@ def from_node(
             value = from_node(value_node, location[0], nested, problems, nodes_read)
             if key == MERGE_KEY:
                 problems.add(key_location, nested, _MERGE_KEY_TEXT)
-                inherited |= value.value if isinstance(value.value, dict) else {}
+                inherited |= value.entries
                 continue
             is_blank = value.value is None and not value_node.value  # an empty value has no position
             values[key], keys[key] = key_location if is_blank else value, key_location

@@ -7,7 +7,6 @@ see quantities.  If a name varies, the numbers that depend on it are evaluated f
 import keyword
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
@@ -142,7 +141,7 @@ def resolve_definitions(
     """
     sections = root.value
     section = sections.get(DEFINE)
-    if section is not None and (not isinstance(section.value, dict) or not section.value):
+    if section is not None and not section.entries:
         problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
         section = None
     position_by_varied_path = {path: position for path, position in varied_paths(sections) if path not in fixed_paths}
@@ -166,10 +165,10 @@ def resolve_definitions(
         if key not in (DEFINE, *_TEXT_SECTIONS)
     }
     content |= {key: sections[key] for key in _TEXT_SECTIONS if key in sections}
-    if "figures" in content and isinstance(figures := content["figures"].value, dict):
+    if figures := content.get("figures", WrittenValue({})).entries:
         own = {name: entry for name, entry in figures.items() if isinstance(entry.value, dict)}
         evaluated = {name: evaluator.evaluate_tree(entry, f"figures.{name}") for name, entry in own.items()}
-        content["figures"] = replace(content["figures"], value=figures | evaluated)
+        content["figures"] = content["figures"].with_value(figures | evaluated)
     for name, entry in named.items():
         if definitions.expression_by_name.get(name) and DEFINE_PREFIX + name in position_by_varied_path:
             evaluator.refuse_axis(DEFINE_PREFIX + name, entry)
@@ -387,18 +386,16 @@ def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Wr
             silent, table, section = Problems(), section, None
             with silent.reporting():
                 section = read_cases(silent, table).columns
-        if section is not None and isinstance(section.value, dict):
-            yield from ((path, section.key_position(path)) for path in section.value)
+        if section is not None:
+            yield from ((path, section.key_position(path)) for path in section.entries)
     for section_name, section in sections.items():
-        if section_name in (*_CASE_SECTIONS, *_NAMED_SECTIONS) or not isinstance(section.value, dict):
+        if section_name in (*_CASE_SECTIONS, *_NAMED_SECTIONS):
             continue
-        over = section.value.get(_OVER)
-        if over is not None and isinstance(over.value, dict):
-            yield from ((path, over.key_position(path)) for path in over.value)
+        over = section.entries.get(_OVER, WrittenValue({}))
+        yield from ((path, over.key_position(path)) for path in over.entries)
         for key in _SEARCHED:
-            if written := section.value.get(key):
-                entries = written.value if isinstance(written.value, list) else [written]
-                yield from ((entry.value, entry) for entry in entries if isinstance(entry.value, str))
+            if written := section.entries.get(key):
+                yield from ((entry.value, entry) for entry in written.items if isinstance(entry.value, str))
 
 
 # ---------------------------------------------------------------------------------------------- extends
@@ -412,9 +409,7 @@ def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
     written = root.value.get(EXTENDS)
     if written is None:
         return root
-    content = {key: value for key, value in root.value.items() if key != EXTENDS}
-    own = root.with_value(content)
-    name = written.value
+    own, name = root.without(EXTENDS), written.value
     if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
         message = f"found {quoted(name)}; expected the name of a grid file in the same folder, such as base.yaml"
         problems.add(written, EXTENDS, message)
@@ -429,8 +424,7 @@ def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
         problems.add(written, EXTENDS, f"{file} {problem}; write its values there")
         return own
     problems.base = name
-    inherited = {key: value for key, value in base.value.items() if key != "name"}
-    return _merged(base.with_value(inherited), own)
+    return _merged(base.without("name"), own)
 
 
 def _merged(base: WrittenValue, own: WrittenValue) -> WrittenValue:

@@ -203,7 +203,7 @@ def read_law_files(root: WrittenValue, problems: Problems) -> tuple[WrittenValue
     if written is None:
         return root, {}
     files: dict[LawFile, WrittenValue] = {}
-    for entry in written.value if isinstance(written.value, list) else [written]:
+    for entry in written.items:
         try:
             file = _read_entry(entry)
         except InputError as error:
@@ -214,8 +214,7 @@ def read_law_files(root: WrittenValue, problems: Problems) -> tuple[WrittenValue
         files[file] = entry
     if written.value == []:
         problems.add(written, LAWS, f"names no file; expected a {LAWS_TEXT}")
-    content = {key: value for key, value in root.value.items() if key != LAWS}
-    return root.with_value(content), files
+    return root.without(LAWS), files
 
 
 def _read_entry(written: WrittenValue) -> LawFile:

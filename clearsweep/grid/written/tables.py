@@ -116,7 +116,7 @@ class CasesTable(NamedTuple):
 
 def is_table(section: WrittenValue) -> bool:
     """Return whether the section `cases` names a file."""
-    return isinstance(section.value, str) or (isinstance(section.value, dict) and "table" in section.value)
+    return isinstance(section.value, str) or "table" in section.entries
 
 
 _CASES_KEYS = ("table", "sheet", "columns", "label")
@@ -150,7 +150,7 @@ def read_cases(problems: Problems, section: WrittenValue) -> CasesTable:
 
 def _checked_keys(problems: Problems, section: WrittenValue) -> dict[str, WrittenValue]:
     """Return the keys of a table of cases; MistakeError if one is invalid."""
-    keys = section.value if isinstance(section.value, dict) else {"table": section}
+    keys = section.entries or {"table": section}
     count = len(problems)
     for key in keys:
         if key not in _CASES_KEYS:
