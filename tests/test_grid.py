@@ -196,6 +196,13 @@ def test_a_resolved_grid_loads_to_the_same_cases():
             assert again.case(index)._replace(outline=None) == original.case(index)._replace(outline=None), source
 
 
+def test_every_column_of_the_cases_may_have_a_limit():
+    for source in GRIDS[::3]:
+        names = [column.name for column in grid.load(source, simulation.catalogue()).layout.columns]
+        limited = grid.load(source, simulation.catalogue(), {"limits": dict.fromkeys(names, 1)})
+        assert [*limited.limits] == names, source
+
+
 # ---------------------------------------------------------------------------------------------------------- axes
 
 

@@ -332,6 +332,13 @@ class Joint(NamedTuple):
         return "gear" if self.backlash is not None else "coupling" if self.play is not None else ""
 
     @property
+    def kind(self) -> str:
+        """Return the kind of its site, as in JointSite, where a slot and a gap on a line count as pins."""
+        if self.is_spatial:
+            return "spatial" if self.flange else "through"
+        return "rolling" if self.rolling else self.flanked or ("guide" if self.is_guide else "revolute")
+
+    @property
     def name_in_machine(self) -> str:
         """Return the name of what is open in the machine: the joint, or its stops."""
         return f"{self.stopped}{STOPS_SUFFIX}" if self.stops else self.name

@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from .case import Case, Joint, column_name
+from .case import Case, column_name
 from .catalogue import Catalogue, Channel, Figure, Mechanism, Outline, torsional_unit
 from .vibration import FRAME, PlaceOutline, VibrationOutline
 
@@ -26,6 +26,15 @@ SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
 WALLS, FLANGES = 2, 2  # contacts of a spatial joint, in this order
 AUXILIARY_OF_GUIDE, AUXILIARY_OF_SPATIAL, AUXILIARY_OF_ROLLING = 1, 2, 2  # which only report; first: the resultant
+#: Kind of a joint, as in JointSite -> its numbers of separate contacts and of auxiliary ones.
+CONTACTS_OF_KIND = {
+    **dict.fromkeys(("revolute", "slot", "line"), (0, 0)),
+    **dict.fromkeys(FEATURES_OF_FLANKED, (len(FLANKS), 0)),
+    "guide": (CORNERS, AUXILIARY_OF_GUIDE),
+    "spatial": (WALLS + FLANGES, AUXILIARY_OF_SPATIAL),
+    "through": (WALLS, AUXILIARY_OF_SPATIAL),
+    "rolling": (0, AUXILIARY_OF_ROLLING),  # and its elements
+}
 TIME = "t"  # the abscissa of all other channels
 ALWAYS_STORED = (TIME, "crank_angle")  # channels that are stored whatever `save.channels` lists
 
@@ -115,7 +124,8 @@ def features_of(case: Case) -> CaseFeatures:
             joint.column,
             joint.wear.bins if joint.wear else 0,
             joint.film is not None,
-            *_contact_counts(joint),
+            joint.rolling.elements if joint.rolling else CONTACTS_OF_KIND[joint.kind][0],
+            CONTACTS_OF_KIND[joint.kind][1],
             joint.wear.length_bins if joint.wear else 1,
             joint.friction is not None,
             joint.strength is not None and joint.is_dry and not joint.is_guide and not joint.is_spatial,
@@ -141,17 +151,6 @@ def features_of(case: Case) -> CaseFeatures:
         tuple(column_name(load.values["on"]) for load in case.loads if load.form == PRELOAD),
         case.save.channels,
     )
-
-
-def _contact_counts(joint: Joint) -> tuple[int, int]:
-    """Return the numbers of separate contact points and of auxiliary contacts of a joint."""
-    if joint.rolling:
-        return joint.rolling.elements, AUXILIARY_OF_ROLLING
-    if joint.flanked:
-        return len(FLANKS), 0
-    if joint.is_spatial:
-        return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY_OF_SPATIAL
-    return (CORNERS, AUXILIARY_OF_GUIDE) if joint.is_guide else (0, 0)
 
 
 class Layout(NamedTuple):
@@ -189,7 +188,7 @@ class Layout(NamedTuple):
         requested = {name for name in REQUESTED_COLUMNS if getattr(features, name)}
         frictions = (*rubbing_joints(features.outline), *features.preloads)
         joint_features = {joint.name: joint.features for joint in features.joints}
-        if features.life:
+        if features.life in joint_features:
             joint_features[features.life] |= {"limited"}
         return cls(
             mechanism.name,

@@ -101,7 +101,7 @@ def read_keys(
     variations.check_branches(reader, root)
     read_uncertain(reader, root)
     read_roles(reader, root)
-    reader.figures = expected_columns(reader, mechanism, catalogue)
+    reader.figures = expected_columns(reader, catalogue)
     variations.report_column_name_clashes(reader, defined_section)
     read_limits(reader, root)
     reader.search = next(filter(None, [search.read(reader, root) for search in searches.values()]), None)

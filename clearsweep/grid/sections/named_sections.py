@@ -6,12 +6,12 @@ from typing import Any
 
 from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Uncertain, column_name
-from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
-from ...contracts.layout import FEATURES_OF_FLANKED, columns_of
+from ...contracts.catalogue import ROLES, Catalogue, Field
+from ...contracts.layout import CONTACTS_OF_KIND, FEATURES_OF_FLANKED, CaseFeatures, JointLayout, Layout
 from ...language import expression, np, quantity
 from ...language.errors import did_you_mean, mistake_of, quoted
 from ...language.quantity import is_bare, written_unit
-from ..keys import Number, Section
+from ..keys import Number
 from ..keys.run_keys import LIFE
 from ..written import MistakeError, WrittenValue, placed
 from . import (
@@ -185,52 +185,51 @@ def unit_of_quotient(unit: str, divisor: str) -> str:
     return expression.unit_of("a / b", {"a": unit, "b": divisor})
 
 
-def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue) -> dict[str, str]:
+def expected_columns(reader: Reader, catalogue: Catalogue) -> dict[str, str]:
     """Return the figures of merit that the cases will have, each with its unit."""
-    sections = [path.split(".") for path, key in reader.keys_in_use.items() if isinstance(key, Section)]
-    joint_paths = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
-    parts_by_joint: dict[str, set[str]] = {
-        column_name(joint): {
-            part for joint_name, *path_parts in joint_paths if joint_name == joint for part in path_parts[:1]
-        }
-        for joint, *_ in joint_paths
-    }
-    parts_by_joint |= {column_name(site.name): set() for site in mechanism.joints if site.stopped}
-    for joint in mechanism.joints:
-        if (column := column_name(joint.name)) not in parts_by_joint:
+    life, joints = column_name(reader.values.get(f"{LIFE}.joint", "")), []
+    for site in sorted(reader.mechanism.joints, key=lambda site: "stops" in site.kind):
+        path = f"joints.{site.name}"
+        if path not in reader.keys_in_use and not site.stopped:
             continue
-        parts = parts_by_joint[column]
-        parts |= FEATURES_OF_FLANKED.get(joint.kind, frozenset())
-        parts |= {joint.kind} & {"guide", "rolling"}
-        parts |= ({"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}) if mechanism.spatial else set()
-        parts |= {"strength"} if joint.kind in ("revolute", "line") and _has_strength(reader, joint.name) else set()
-        if joint.kind == "rolling":
-            path, ratings = f"joints.{joint.name}.capacity", ("dynamic", "static")
-            known = {rating for rating in ratings if reader.is_given(f"{path}.{rating}")}
-            parts |= known
-            reader.unrated_figures |= {
-                figure.column(column): f"needs the rating of the bearing; write {path}.{rating}"
-                for figure in catalogue.figures
-                for rating in {*ratings} - known
-                if rating in figure.needs
-            }
-    until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
-    settings = {"until": until, "life": life, "uncertain": reader.uncertain}
-    settings |= {name: f"simulate.{name}" in reader.values for name in ("horizon", "error_check")}
-    requested = {name for name, is_requested in settings.items() if is_requested}
-    if life and column_name(life) in parts_by_joint:
-        parts_by_joint[column_name(life)].add("limited")
-    outline = reader.outline._replace(figures=())
-    columns = columns_of(catalogue, mechanism, parts_by_joint, outline, requested, until)
-    return {column.name: column.unit for column in columns}
+        ratings = [rating for rating in ("dynamic", "static") if reader.is_given(f"{path}.capacity.{rating}")]
+        joint = JointLayout(
+            column_name(site.name),
+            int(f"{path}.wear" in reader.keys_in_use),
+            f"{path}.film" in reader.keys_in_use,
+            *CONTACTS_OF_KIND[site.kind],
+            friction=f"{path}.friction" in reader.keys_in_use,
+            strength=site.kind in ("revolute", "line") and _has_strength(reader, path),
+            thermal=f"{path}.thermal" in reader.keys_in_use,
+            is_rolling=site.kind == "rolling",
+            flanked=site.kind if site.kind in FEATURES_OF_FLANKED else "",
+            **dict.fromkeys(ratings, True),
+        )
+        joints.append(joint)
+        reader.unrated_figures |= {
+            figure.column(joint.name): f"needs the rating of the bearing; write {path}.capacity.{rating}"
+            for figure in catalogue.figures
+            for rating in {"dynamic", "static"} - {*ratings}
+            if joint.is_rolling and rating in figure.needs
+        }
+    features = CaseFeatures(
+        reader.mechanism.name,
+        reader.outline._replace(figures=()),
+        tuple(joints),
+        "simulate.horizon" in reader.values,
+        "simulate.error_check" in reader.values,
+        str(reader.values.get("simulate.until.figure", "")),
+        life,
+        bool(reader.uncertain),
+    )
+    return {column.name: column.unit for column in Layout.with_features(features, catalogue).columns}
 
 
 def _has_strength(reader: Reader, joint: str) -> bool:
     """Return whether a joint with contact has a yield strength or a hardness."""
-    prefix = f"joints.{joint}."
-    known_paths = [path for path in (*reader.written, *reader.written_axes) if path.startswith(prefix)]
-    return f"{prefix}contact" in reader.keys_in_use and any(
-        path.endswith(".yield_strength") or path in (f"{prefix}wear.hardness", f"{prefix}roughness.hardness")
+    known_paths = [path for path in (*reader.written, *reader.written_axes) if path.startswith(f"{joint}.")]
+    return f"{joint}.contact" in reader.keys_in_use and any(
+        path.endswith(".yield_strength") or path in (f"{joint}.wear.hardness", f"{joint}.roughness.hardness")
         for path in known_paths
     )
 
