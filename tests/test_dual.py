@@ -189,6 +189,17 @@ def test_duals_of_duals_give_second_derivatives():
         assert second_derivative(x) == pytest.approx(differences(first_derivative, x, 0.5), rel=1e-9)
 
 
+def curvature_of_circle(x):
+    z = Dual(Dual(x, 1.0), Dual(1.0, 0.0))
+    return slope(slope(calculus.sqrt(1.0 - z * z)))
+
+
+@pytest.mark.parametrize("how", [curvature_of_circle, machine_code(curvature_of_circle)])
+def test_a_root_that_stands_still_has_its_second_derivative(how):
+    assert how(0.0) == -1.0
+    assert how(0.6) == pytest.approx(-1.0 / 0.8**3)
+
+
 @pytest.mark.parametrize("name", [name for name in FUNCTIONS if name != "copysign"])
 def test_a_function_of_mathematics_has_its_derivative(name):
     expected = differences(getattr(math, name), 0.4, 0.4)

@@ -34,9 +34,11 @@ from . import equations  # noqa: F401 - registers the equations of motion
 from . import form as planar_form
 from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, extent
 from .drives import Steady, compile_drive, drive_motion
+from .dyads import assembly_of
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
-from .pose import loop_jacobian, pose_of
+from .loops import loop_jacobian
+from .pose import pose_of
 from .stations import geometry_of, initial_coordinate
 from .structure import ANGLE, BEND, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
 
@@ -339,13 +341,15 @@ def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> planar_form
     output = ideal_machine.output_over_revolution()
     form = form._replace(cycle=planar_form.make_cycle([output], machine.drive.start_angle))
     dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
+    form = form._replace(dependent=tuple(map(planar_form.as_empty_tuples, dependent)))
     columns, kind = [output, *(coordinates[i] for i in dependent)], planar_form.Cycle
     if ideal_machine.change_points and dependent:
         slopes = [coordinates[i][1:] for i in dependent]
         columns += [(*slope, np.gradient(slope[1], ideal_machine.revolution.angles, edge_order=2)) for slope in slopes]
         kind = planar_form.BranchingCycle
-    cycle = planar_form.make_cycle([*columns], machine.drive.start_angle, kind)
-    return form._replace(dependent=tuple(map(planar_form.as_empty_tuples, dependent)), cycle=cycle)
+    elif dependent:
+        form = form._replace(sides=_sides(ideal_machine, form, coordinates))
+    return form._replace(cycle=planar_form.make_cycle([*columns], machine.drive.start_angle, kind))
 
 
 @shared_by(lambda ideal_machine, form, _: (geometry_of(ideal_machine.full_machine), kinds_of(form)))
@@ -353,6 +357,19 @@ def _dependent_indices(ideal_machine: IdealMachine, form: planar_form.Planar, co
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     is_closed = ideal_machine.stations.is_closed
     return tuple(choose_dependent(form, machine_type(form), coordinates, is_closed))
+
+
+@shared_by(lambda ideal_machine, form, _: (geometry_of(ideal_machine.full_machine), kinds_of(form)))
+def _sides(ideal_machine: IdealMachine, form: planar_form.Planar, coordinates: list) -> tuple[float, ...]:
+    """Return the sides of the dyads that close the loops; () unless dyads close them on the same sides all along."""
+    stations, values = np.flatnonzero(ideal_machine.stations.is_closed[:-1]), [column[0] for column in coordinates]
+    if not machine_type(form).free:
+        values = [ideal_machine.revolution.angles, *values]
+    examined = stations[:: max(len(stations) // EXAMINED_ANGLES, 1)].tolist()
+    positions = [tuple(float(value[k]) for value in values) for k in examined]
+    sines = [[cross / math.sqrt(square) for cross, square in assembly_of(form, position)] for position in positions]
+    sides = np.sign(sines[0])
+    return tuple(sides.tolist()) if np.all(sines * sides > NEAR_SINGULAR) else ()
 
 
 def _has_finite_accelerations(form: planar_form.Planar, start: np.ndarray) -> bool:

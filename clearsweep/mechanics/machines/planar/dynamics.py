@@ -12,8 +12,8 @@ from ..contract import Motion
 from ..programs import LDL, NO_VECTOR, PlaneVector, generated, vector_sum
 from .bent_line import PlaneField
 from .drives import drive_motion, integral_rate, torque_at
-from .kinematics import BentVector, Bodies, Columns, combination, vector_of
-from .pose import Row, Solver, loop_equations_of
+from .kinematics import BentVector, Bodies, Columns, Row, combination, vector_of
+from .loops import Solver, loop_equations_of
 from .structure import ANGLE, BEND, CUT, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
 
 

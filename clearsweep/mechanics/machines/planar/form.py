@@ -163,6 +163,7 @@ class Planar(NamedTuple):
     loads: tuple  # of `loads`
     aim: tuple  # PointAim or AngleAim
     cycle: tuple  # Cycle of the ideal machine: its output, then the dependent coordinates
+    sides: tuple = ()  # 1 or -1, the assembly of each dyad that closes a loop; () unless dyads close all loops
 
 
 def as_empty_tuples(count: int) -> tuple:

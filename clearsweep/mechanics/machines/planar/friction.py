@@ -16,8 +16,8 @@ from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ...laws.friction import friction_force, friction_in_pin, static_limit, static_limit_in_pin
 from ..programs import NO_VECTOR, PlaneVector, generated, vector_sum
 from .dynamics import Dynamics
-from .kinematics import Bodies, combination, section_turns, signed
-from .pose import Row, Solver, loop_equations_of
+from .kinematics import Bodies, Row, combination, section_turns, signed
+from .loops import Solver, loop_equations_of
 from .structure import ANGLE, Coordinate, FrictionLoad, MachineType, machine_type
 
 SWEEPS = 200  # over friction and reactions

@@ -430,6 +430,53 @@ class Bodies(Kinematics):
         return [Load(first_body, first_point, force, ZERO), Load(second_body, second_point, -force, ZERO)]
 
 
+class PoseProgram(Kinematics):
+    """The program of a pose, from values of the coordinates."""
+
+    def __init__(self, machine: MachineType, parameters: int):
+        super().__init__(machine, parameters)
+        self.values: dict[Coordinate, Expr] = {}
+        known = [Coordinate(ANGLE, g) for g in machine.groups]
+        known += [coordinate for coordinate in machine.spanning_tree.coordinates if coordinate.kind == TRAVEL]
+        known += [Coordinate(kind, body) for body in machine.spanning_tree.roots() for kind in (SHIFT_X, SHIFT_Y)]
+        known += [coordinate for coordinate in machine.spanning_tree.coordinates if coordinate.kind == BEND]
+        self.known = [coordinate for coordinate in known if coordinate not in machine.dependent]
+
+    def take(self, coordinate: Coordinate, value: Expr) -> None:
+        """Take the value of a coordinate."""
+        self.values[coordinate] = value
+        if coordinate.kind == ANGLE:
+            self.turned[coordinate.owner] = value
+            direction = self.program.call(math.direction, value)
+            self.cosine[coordinate.owner], self.sine[coordinate.owner] = direction[0], direction[1]
+
+    def take_dependent(self, dependent: Expr) -> None:
+        """Take the values of the dependent coordinates from a tuple."""
+        for i, coordinate in enumerate(self.machine.dependent):
+            self.take(coordinate, dependent[i])
+
+    def place(self) -> None:
+        """Take the positions of all bodies from the values of the coordinates."""
+        self.travel = {
+            coordinate.owner: value for coordinate, value in self.values.items() if coordinate.kind == TRAVEL
+        }
+        for body in self.spanning_tree.roots():
+            self.shift[body] = PlaneVector(*(self.values[Coordinate(kind, body)] for kind in (SHIFT_X, SHIFT_Y)))
+        self.bend = {coordinate: value for coordinate, value in self.values.items() if coordinate.kind == BEND}
+
+    def known_values(self) -> tuple[Expr, ...]:
+        """Return the numbers with which the loops are closed: directions, then other coordinates."""
+        angles = [coordinate.owner for coordinate in self.known if coordinate.kind == ANGLE]
+        directions = [component for g in angles for component in (self.cosine[g], self.sine[g])]
+        others = (coordinate for coordinate in self.known if coordinate.kind != ANGLE or self.closes_gears)
+        return (*directions, *(self.values[coordinate] for coordinate in others))
+
+    @property
+    def closes_gears(self) -> bool:
+        """Return whether a loop contains angles themselves, not only their directions."""
+        return any(self.machine.sites[j].link.geared for j in self.spanning_tree.loop_joints)
+
+
 @inlined
 def _spring_length(square, free_length):
     """Return the length (m) of a spring from its square.

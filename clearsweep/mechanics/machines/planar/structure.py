@@ -233,6 +233,7 @@ class MachineType(NamedTuple):
     segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
     branches: bool = False  # its loops pass change points
     housings: tuple[int, ...] = ()  # numbers of bodies that are housings on springs, or lie between them
+    of_dyads: bool = False  # dyads close all its loops
 
     @property
     def bodies(self) -> int:
@@ -315,6 +316,7 @@ def machine_type(machine: Planar) -> MachineType:
         segments,
         isinstance(machine.cycle, BranchingCycle),
         housings,
+        bool(machine.sides),
     )
 
 
