@@ -134,7 +134,7 @@ def jacobian_error(names, friction, state=None):
     y = work.y + 0.1 * size * np.random.default_rng(7).normal(size=size.size)
     work.z[:] = y  # states that compiled code is given lie in a lane
     differentiate(work, work.z)
-    jacobian = work.implicit.jacobian[0] * size
+    jacobian = work.implicit.jacobian[0, :, : size.size] * size
 
     def rates_along(column):
         def rates(x):

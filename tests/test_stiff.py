@@ -39,7 +39,7 @@ def test_factors_solve_a_system(fixed):
     matrix[:4, :4] = np.eye(4)
     if not fixed:
         matrix[0, 0] = 0.0  # needs pivoting
-    factors, pivots, result = matrix.copy(), np.zeros(9, dtype=np.int64), right.copy()
+    factors, pivots, result = matrix.T.copy(), np.zeros(9, dtype=np.int64), right.copy()
     assert radau.factorise(factors, pivots, fixed)
     radau.substitute(factors, pivots, result)
     assert matrix @ result == pytest.approx(right, abs=1e-12)

@@ -38,6 +38,12 @@ NODES = np.array([START, *range(STAGES)])
 NODE_FRACTIONS = np.array([0.0, *POINTS])
 
 
+@inlined
+def whole_registers(count):
+    """Return the least multiple of STAGES, the lanes of a register, that is not below `count`."""
+    return -(-count // STAGES) * STAGES
+
+
 # ---------------------------------------------------------------------------------------------- columns
 
 

@@ -15,7 +15,7 @@ equal to the penetration that follows from the coordinates (Baumgarte 1972, one 
 from typing import NamedTuple
 
 from ...contracts.catalogue import Channel
-from ...tracing.compiled.choosing import cond, rolled_range
+from ...tracing.compiled.choosing import cond, lane_range, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
 from ...tracing.compiled.family import entries_of, inlined, kernel, shaped
 from .. import observe
@@ -200,29 +200,36 @@ def first_signal(scene):
 
 
 def slopes_entry(scene, y, mode, latched, jacobian, stage):
-    """Write the exact derivatives of `rates` at the state `y` to `jacobian[stage]` (n, n), column by column.
+    """Write the exact derivatives of `rates` at the state `y` to `jacobian[stage]` (n, n or more).
 
-    Arrays are bare pointers; `scene` is a pointer to the Scene.
+    Columns are in lanes; those beyond the state are zero.  Arrays are bare pointers; `scene` is a pointer to the Scene.
     """
     scene = scene[0]
     contacts, size, latched_count = size_of(scene)
     y, mode, latched = shaped(y, (size,)), shaped(mode, (contacts,)), shaped(latched, (latched_count,))
-    jacobian, n = shaped(jacobian, (3, size, size)), len(scene.coordinates)
-    for column in rolled_range(size):
-        z = Seeded(y, column)
-        _, _, loads, motion = evaluate_motion(scene, z, mode, latched)
-        kappa = as_dual(time_scale(scene, z, mode))
-        for i in range(n):
-            jacobian[stage, i, column] = slope(kappa * z[n + i])
-            jacobian[stage, n + i, column] = slope(kappa * motion.accelerations[i])
-        jacobian[stage, 2 * n, column] = slope(kappa)
-        out, state = jacobian[stage, :, column], contract.JointState(z, mode, latched, 2 * n + 1)
-        for c, contact in enumerate(_contacts_of(loads)):
-            out[state.roots + c] = 0.0
-            if touches(mode[c]):
-                out[state.roots + c] = slope(as_dual(root_rate(scene, contact, state, kappa, c)))
-        put_internal_rates(scene.joints, loads, state, kappa, out)
-        put_friction_rates(scene, z, motion, kappa, out)
+    width = observe.whole_registers(size)
+    jacobian = shaped(jacobian, (3, size, width))
+    for first in rolled_range(0, width, observe.STAGES):
+        for lane in lane_range(observe.STAGES):
+            _put_slopes(scene, Seeded(y, first + lane), mode, latched, jacobian[stage, :, first + lane])
+
+
+@inlined
+def _put_slopes(scene, z, mode, latched, out):
+    """Write the slopes of the rates at a Seeded state `z` to `out` (n,)."""
+    _, _, loads, motion = evaluate_motion(scene, z, mode, latched)
+    kappa, n = as_dual(time_scale(scene, z, mode)), len(scene.coordinates)
+    for i in range(n):
+        out[i] = slope(kappa * z[n + i])
+        out[n + i] = slope(kappa * motion.accelerations[i])
+    out[2 * n] = slope(kappa)
+    state = contract.JointState(z, mode, latched, 2 * n + 1)
+    for c, contact in enumerate(_contacts_of(loads)):
+        out[state.roots + c] = 0.0
+        if touches(mode[c]):
+            out[state.roots + c] = slope(as_dual(root_rate(scene, contact, state, kappa, c)))
+    put_internal_rates(scene.joints, loads, state, kappa, out)
+    put_friction_rates(scene, z, motion, kappa, out)
 
 
 #: Time histories of a joint, in the order in which `sample_entry` writes them.

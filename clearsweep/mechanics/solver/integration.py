@@ -121,10 +121,10 @@ class StepHistory(Fields):
 class Implicit(NamedTuple):
     """Workspace of the implicit method; n numbers in the state."""
 
-    jacobian: np.ndarray  # (3, n, n) derivatives of the rates at the stages JACOBIAN_STAGES
-    newton: np.ndarray  # (STAGES n, STAGES n) factors of the matrix of the iteration
+    jacobian: np.ndarray  # (3, n, whole_registers(n)) derivatives of the rates at the stages JACOBIAN_STAGES
+    newton: np.ndarray  # (STAGES n, STAGES n) columns of the factors of the matrix of the iteration
     pivots: np.ndarray  # (STAGES n,) int64
-    error_matrix: np.ndarray  # (n, n) factors of the matrix of the error estimate
+    error_matrix: np.ndarray  # (n, n) columns of the factors of the matrix of the error estimate
     error_pivots: np.ndarray  # (n,) int64
     stages: np.ndarray  # (STAGES n,) differences of the stages from the start of the step
     update: np.ndarray  # (STAGES n,)

@@ -17,9 +17,10 @@ import numpy as np
 
 from ...tracing.compiled.family import invoke, kernel
 from ...tracing.portable import coefficients_through, exact, inverse, powers
-from ..observe import END, FIRST_IMPLICIT_ROW, NODE_FRACTIONS, SCRATCH, START
-from .collocation import basis_functions, dense_component, dense_state
+from ..observe import END, FIRST_IMPLICIT_ROW, NODE_FRACTIONS, SCRATCH, START, whole_registers
+from .collocation import RATES, basis_functions, dense_component, dense_state
 from .integration import Choice, Implicit, StepHistory, evaluate
+from .preconditioner import sweep_part
 
 A = np.array(
     [
@@ -56,7 +57,8 @@ DENSE = inverse(
 ).rounded()  # from the stages to the first rows of the dense output
 #: From start and stages to the stages of the explicit method, by the polynomial through all.
 TO_EXPLICIT_STAGES = (powers(NODE_FRACTIONS[1 : 1 + END], ORDER) @ coefficients_through(np.append(0.0, C))).rounded()
-ROWS = np.arange(FIRST_IMPLICIT_ROW, FIRST_IMPLICIT_ROW + STAGES)  # rows of the rates and observables of the stages
+LANES = np.array([*range(STAGES - 1), END])  # of a sweep: those of the stages, the last of which is the end of the step
+ROWS = np.arange(FIRST_IMPLICIT_ROW, FIRST_IMPLICIT_ROW + STAGES)  # rows of the observables of the stages
 STAGE_WEIGHTS = np.zeros(FIRST_IMPLICIT_ROW + STAGES)
 STAGE_WEIGHTS[ROWS] = A[-1]
 JACOBIAN_STAGES = np.array([0, 2, 4])  # stages at which Jacobians are evaluated
@@ -73,7 +75,7 @@ def implicit_of(n, zeros=np.zeros) -> Implicit:
     """Return the arrays for a state of `n` numbers; `zeros` allocates them."""
     unknowns = STAGES * n
     return Implicit(
-        jacobian=zeros((JACOBIAN_STAGES.size, n, n)),
+        jacobian=zeros((JACOBIAN_STAGES.size, n, whole_registers(n))),
         newton=zeros((unknowns, unknowns)),
         pivots=zeros(unknowns, dtype=np.int64),
         error_matrix=zeros((n, n)),
@@ -89,63 +91,60 @@ def implicit_of(n, zeros=np.zeros) -> Implicit:
 
 
 @kernel
-def exchange_pivot_row(a, i):
-    """Exchange row `i` of `a` for the row below with the largest entry in column `i`; return its index."""
-    n, pivot = a.shape[0], i
+def exchange_pivot_row(columns, i):
+    """Exchange row `i` for the row below with the largest entry in column `i`; return its index."""
+    n, pivot = columns.shape[0], i
     for row in range(i + 1, n):
-        if abs(a[row, i]) > abs(a[pivot, i]):
+        if abs(columns[i, row]) > abs(columns[i, pivot]):
             pivot = row
     if pivot != i:
         for column in range(n):
-            a[i, column], a[pivot, column] = a[pivot, column], a[i, column]
+            columns[column, i], columns[column, pivot] = columns[column, pivot], columns[column, i]
     return pivot
 
 
 @kernel
-def factorise(a, pivots, fixed):
-    """Replace the square matrix `a` (n, n) by its LU factors; return whether it is regular.
+def factorise(columns, pivots, fixed):
+    """Replace a square matrix, given by its `columns` (n, n), by its LU factors; return whether it is regular.
 
     Pivoting is partial, except for the first `fixed` unknowns, whose rows are sparse and remain so.
     """
     n = pivots.size
     for i in range(n):
-        pivots[i] = exchange_pivot_row(a, i) if i >= fixed else i
-        if not abs(a[i, i]) > 0.0:
+        pivots[i] = exchange_pivot_row(columns, i) if i >= fixed else i
+        if not abs(columns[i, i]) > 0.0:
             return False
-        inverse = 1.0 / a[i, i]
+        inverse = 1.0 / columns[i, i]
         for row in range(i + 1, n):
-            a[row, i] *= inverse
-        if i >= fixed:
-            for row in range(i + 1, n):
-                factor = a[row, i]
-                for column in range(i + 1, n):
-                    a[row, column] -= factor * a[i, column]
-            continue
+            columns[i, row] *= inverse
         for column in range(i + 1, n):
-            if a[i, column] != 0.0:
+            factor = columns[column, i]
+            if factor != 0.0:
                 for row in range(i + 1, n):
-                    a[row, column] -= a[row, i] * a[i, column]
+                    columns[column, row] -= columns[i, row] * factor
     return True
 
 
 @kernel
-def substitute(a, pivots, b):
-    """Replace `b` by the solution of the system whose factors are in `a`."""
+def substitute(columns, pivots, b):
+    """Replace `b` by the solution of the system whose factors are in `columns`."""
     n = pivots.size
     for i in range(n):
         b[i], b[pivots[i]] = b[pivots[i]], b[i]
     for i in range(n):
+        factor = b[i]
         for row in range(i + 1, n):
-            b[row] -= a[row, i] * b[i]
+            b[row] -= columns[i, row] * factor
     for i in range(n - 1, -1, -1):
-        for column in range(i + 1, n):
-            b[i] -= a[i, column] * b[column]
-        b[i] /= a[i, i]
+        factor = b[i] / columns[i, i]
+        b[i] = factor
+        for row in range(i):
+            b[row] -= columns[i, row] * factor
 
 
 @kernel
 def differentiate(pointer, y, stage):
-    """Write the derivatives of the rates at `y` to a Jacobian; each column costs and counts as an evaluation."""
+    """Write the derivatives of the rates at `y` to a Jacobian; each column counts as an evaluation."""
     work = pointer[0]
     work.counts.evaluations += y.size
     invoke(work.slopes.code, work.slopes.parameters, (y, work.mode, work.latched, work.implicit.jacobian), stage)
@@ -196,12 +195,12 @@ def factorise_matrices(pointer, h):
                 for stage in range(JACOBIAN_STAGES.size):
                     slope += TO_ALL_STAGES[m, stage] * jacobian[stage, row, column]
                 for s in range(STAGES):
-                    implicit.newton[row_start + s, column_start + m] = -h * A[s, m] * slope
+                    implicit.newton[column_start + m, row_start + s] = -h * A[s, m] * slope
     for i in range(implicit.update.size):
         implicit.newton[i, i] += 1.0
     for row in range(n):
         for column in range(n):
-            implicit.error_matrix[row, column] = -jacobian[0, row, column]
+            implicit.error_matrix[column, row] = -jacobian[0, row, column]
         implicit.error_matrix[row, row] += GAMMA / h
     is_factorised = factorise(implicit.newton, implicit.pivots, STAGES * (time // 2 + 1)) and factorise(
         implicit.error_matrix, implicit.error_pivots, 0
@@ -226,19 +225,28 @@ def begin_stages(pointer, h):
 
 
 @kernel
+def evaluate_stages(pointer):
+    """Write the stages to `work.nodes` and their rates to `work.k`, at LANES; the lanes between are as the last."""
+    work = pointer[0]
+    n, stages = work.y.size, work.implicit.stages
+    for i in range(n):
+        for lane in range(END + 1):
+            work.nodes[i, lane] = work.y[i] + stages[min(lane, STAGES - 1) * n + i]
+    sweep_part(pointer, RATES)
+    work.counts.evaluations += STAGES
+
+
+@kernel
 def newton_iteration(pointer, h):
     """Do one iteration; return the change of the stages over the allowed error."""
     work = pointer[0]
     n, stages, update = work.y.size, work.implicit.stages, work.implicit.update
-    for s in range(STAGES):
-        for i in range(n):
-            work.z[i] = work.y[i] + stages[s * n + i]
-        evaluate(pointer, work.z, ROWS[s])
+    evaluate_stages(pointer)
     for s in range(STAGES):
         for i in range(n):
             increment = 0.0
             for m in range(STAGES):
-                increment += A[s, m] * work.k[i, ROWS[m]]
+                increment += A[s, m] * work.k[i, LANES[m]]
             update[unknown_index(s, i, work.time)] = h * increment - stages[s * n + i]
     substitute(work.implicit.newton, work.implicit.pivots, update)
     square_sum = 0.0
@@ -330,40 +338,31 @@ def implicit_step(pointer, h):
             work.z[i] = work.y[i] + work.implicit.offset[i]
         evaluate(pointer, work.z, SCRATCH)
         error = filtered_error(pointer, h, SCRATCH)
-    interpolate_nodes(pointer, 1.0)
     return error ** (8.0 / ORDER)
 
 
 @kernel
-def interpolate_nodes(pointer, fraction):
-    """Write the states at the stages of the explicit method, from the interpolant over a fraction of its step."""
-    work = pointer[0]
-    for i in range(work.y.size):
-        for stage in range(NODE_FRACTIONS.size - 1):
-            work.nodes[i, stage] = dense_component(fraction * NODE_FRACTIONS[1 + stage], i, work.y, work.f)
-
-
-@kernel
 def observe_stages(pointer):
-    """Write the observables of the stages, and interpolate them to the stages of the explicit method.
+    """Write the observables of the stages; interpolate states and observables to the stages of the explicit method.
 
     The observables of the last iteration belong to stages before its correction.  With stiff contacts and films, a
     change of the stages changes forces many times as much, relative to the allowed error.
     """
     work = pointer[0]
-    n, stages = work.y.size, work.implicit.stages
-    for s in range(STAGES - 1):
-        for i in range(n):
-            work.z[i] = work.y[i] + stages[s * n + i]
-        evaluate(pointer, work.z, ROWS[s])
-    evaluate(pointer, work.end, END)
+    evaluate_stages(pointer)
+    invoke(work.observe_stages.code, work.observe_stages.parameters, (work.nodes, work.mode, work.latched, work.o), 0)
     for column in range(work.o.shape[0]):
-        work.o[column, ROWS[STAGES - 1]] = work.o[column, END]
+        for s in range(STAGES):
+            work.o[column, ROWS[s]] = work.o[column, LANES[s]]
         for row in range(END):
             total = TO_EXPLICIT_STAGES[row, 0] * work.o[column, START]
             for s in range(STAGES):
                 total += TO_EXPLICIT_STAGES[row, 1 + s] * work.o[column, ROWS[s]]
             work.o[column, row] = total
+    fraction = work.step.length / work.implicit.history.length  # below 1 up to an event
+    for i in range(work.y.size):
+        for stage in range(NODE_FRACTIONS.size - 1):
+            work.nodes[i, stage] = dense_component(fraction * NODE_FRACTIONS[1 + stage], i, work.y, work.f)
 
 
 @kernel
@@ -375,4 +374,3 @@ def shorten_implicit_step(pointer, fraction):
         for s in range(STAGES):
             stages[s * n + i] = dense_component(fraction * C[s], i, work.y, work.f) - work.y[i]
     dense_state(fraction, work.y, work.f, work.end)
-    interpolate_nodes(pointer, fraction)
