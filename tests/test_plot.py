@@ -30,7 +30,7 @@ from clearsweep.report import sections as of_page
 from clearsweep.report.blocks.section import Columns, Dot, Gallery, Picture, Section, Spot, draw_svg, painted
 from clearsweep.report.documents import page as report_page
 from clearsweep.report.documents import paper
-from clearsweep.report.draw import BLUE, draw_colour_bar, set_log_scale, set_plain_axes
+from clearsweep.report.draw import BLUE, POLAR_SPACE, draw_colour_bar, set_log_scale, set_plain_axes, set_polar_axes
 from clearsweep.report.plot import ColourScale
 from clearsweep.report.plot.items import Side, text_height, text_width
 from clearsweep.report.study import prepare
@@ -271,26 +271,23 @@ def pixels_of(paint):
     return np.rint(255.0 * imread(io.BytesIO(base64.b64decode(address)))).astype(int)
 
 
-def around(ax):
-    angles = np.linspace(0.0, 2.0 * np.pi, 36, endpoint=False)
-    ax.fill(angles, 2.0 + np.cos(angles), facecolor=BLUE, alpha=0.25, edgecolor=BLUE, linewidth=1.2)
-    ax.plot([0.5 * np.pi], [2.0], "o", color=BLUE, markersize=4)
-    ax.xaxis.set_ticks(np.radians(np.arange(0, 360, 90)))
-    ax.set_ylim(0.0, 4.0)
-    ax.set_grid("#c3ccd5")
-    ax.xaxis.label = "depth [m]"
-
-
 def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
-    sheet = plot.make_sheet(SIZE, is_polar=True)
-    around(sheet.axes)
+    sheet = plot.Sheet(SIZE)
+    set_polar_axes(sheet.axes, 4.0)
     box = sheet.box()
     text = sheet.svg("f1", box)
     assert box.width == box.height
-    x, y = (float(point) for point in sheet.axes.to_points(0.5 * np.pi, 2.0, box))
-    assert (x, y) == (pytest.approx(box.left + 0.5 * box.width), pytest.approx(box.top + 0.25 * box.height))
-    assert f"M{x:.2f}".rstrip("0") in text
-    assert re.findall(r">(\d+)°<", text) == ["0", "90", "180", "270"]
+    angles = re.findall(r'x="([\d.]+)" y="([\d.]+)"[^>]*>(\d+)°<', text)
+    assert [degrees for *_, degrees in angles] == [f"{degrees}" for degrees in range(0, 360, 45)]
+    middle = box.left + 0.5 * box.width, box.top + 0.5 * box.height
+    for x, y, degrees in angles:  # the ordinate of a sheet points down
+        place = np.array([float(x) - middle[0], middle[1] - float(y)])
+        direction = np.array([np.cos(np.radians(float(degrees))), np.sin(np.radians(float(degrees)))])
+        assert place @ direction > 0.95 * np.linalg.norm(place) > 0.4 * box.width / POLAR_SPACE
+    radii = [float(radius) for radius in re.findall(r'<ellipse [^>]*rx="([\d.]+)"', text)]
+    assert radii == pytest.approx(
+        [radius * 0.5 * box.width / POLAR_SPACE / 4.0 for radius in (1.0, 2.0, 3.0, 4.0, 4.0)], abs=0.01
+    )
     assert "nan" not in text
 
 

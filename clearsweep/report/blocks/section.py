@@ -55,7 +55,6 @@ class Picture(NamedTuple):
     alt: str  # alternative text for readers who cannot see it
     paint: Callable[[plot.Axes], None]
     size: tuple[float, float] = (4.2, 3.1)  # inches
-    is_polar: bool = False  # its abscissa is an angle
     spots: tuple[Spot, ...] = ()
     dots: tuple[Dot, ...] = ()
     shown_in_player: bool = False  # whether the player of a page also shows it
@@ -89,7 +88,7 @@ def draw_svg(picture: Picture, id_prefix: str) -> str:
 
 def painted(picture: Picture) -> tuple[plot.Sheet, Box]:
     """Return the sheet with a picture, and the position of its axes."""
-    sheet = plot.make_sheet(picture.size, is_polar=picture.is_polar)
+    sheet = plot.Sheet(picture.size)
     picture.paint(sheet.axes)
     return sheet, sheet.box()
 

@@ -13,6 +13,7 @@ INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
 MAX_LABELLED_TICKS = 9  # axes with more values label only some of them
 SLANTED = 40.0  # degrees, of names too long to be placed side by side
+POLAR_SPACE = 1.25  # half side of polar axes over the radius of their rim: space for the angles
 AXIS_CHARACTERS = 36  # characters that fit side by side below a figure
 
 
@@ -80,6 +81,29 @@ def set_plain_axes(ax: Axes) -> None:
     """Draw a pale grid in the background, and no line at the top and right."""
     ax.set_grid(PALE, alpha=0.7)
     ax.hide_edges("top", "right")
+
+
+def set_polar_axes(ax: Axes, rim: float) -> None:
+    """Draw rings and spokes around the origin up to the radius `rim`, in place of edges and ticks.
+
+    Angles count from the right, counter-clockwise.
+    """
+    ax.set_square(POLAR_SPACE * rim)
+    ax.hide_edges("left", "right", "top", "bottom")
+    ax.set_tick_length(0.0)
+    for side in (ax.xaxis, ax.yaxis):
+        side.set_ticks([])
+    for radius in round_ticks(4)(0.0, rim):
+        if radius > 0.0:
+            ax.circle((0.0, 0.0), radius, edgecolor=PALE, linewidth=0.5, zorder=0.0)
+            x, y = radius * np.cos(np.radians(22.5)), radius * np.sin(np.radians(22.5))
+            ax.text(x, y, wording.short_number_text(radius, 4), va="center", size=7.0)
+    for degrees in range(0, 360, 45):
+        x, y = rim * np.cos(np.radians(degrees)), rim * np.sin(np.radians(degrees))
+        ax.plot([0.0, x], [0.0, y], color=PALE, linewidth=0.5, zorder=0.0)
+        anchor = "center" if abs(x) < 0.1 * rim else "left" if x > 0.0 else "right"
+        ax.text(1.06 * x, 1.09 * y, f"{degrees}°", ha=anchor, va="center", size=8.0)
+    ax.circle((0.0, 0.0), rim, edgecolor=GREY, linewidth=0.8)
 
 
 def label_with_unit(name: str, scale: Scale) -> str:

@@ -26,9 +26,10 @@ from ..draw import (
     label_with_unit,
     set_crank_angle_axis,
     set_plain_axes,
+    set_polar_axes,
 )
 from ..draw.machine import draw_mechanism, picture_height
-from ..plot import Axes, ColourScale, multiples_of, round_ticks
+from ..plot import Axes, ColourScale, multiples_of
 from ..study import Joint, Study, joint_of, resolve_cases
 
 # The picture of a mechanism, alone or at the top of a report.
@@ -120,6 +121,7 @@ def _angles(depth: np.ndarray) -> np.ndarray:
 
 # The wear of one case: pictures of the depth around each body.
 
+CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)  # rad, of points on a circle
 POLAR_SIZE, SURFACE_SIZE, UNROLLED_SIZE = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
 MAX_CASES, SECTORS = 30, 120  # cases to choose from in all joints, and sectors of the circle on the page
 Depths = tuple[np.ndarray, np.ndarray]
@@ -150,15 +152,13 @@ def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> l
     def paint_around(ax: Axes, depth: np.ndarray, colour: str) -> None:
         """Mark the deepest bin of a body, and its mean as a dotted circle."""
         scaled, drawn = depth / scale.factor, deepest_per_sector(depth, MAX_SECTORS) / scale.factor
-        ax.fill(_angles(drawn), drawn, facecolor=colour, alpha=0.25, edgecolor=colour, linewidth=1.2)
-        circle = np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, scaled.mean())
-        ax.plot(*circle, color=INK, linewidth=0.9, linestyle=":")
-        ax.plot(_angles(scaled)[scaled.argmax()], scaled.max(), "o", color=colour, markersize=4.5)
-        ax.xaxis.set_ticks(np.radians(np.arange(0, 360, 45)).tolist())
-        ax.yaxis.tick_rule = round_ticks(4)
-        ax.set_ylim(0.0, 1.08 * largest / scale.factor if largest > 0.0 else None)
-        ax.yaxis.font_size = 7.0
-        ax.set_grid(PALE)
+        set_polar_axes(ax, 1.08 * largest / scale.factor)
+        outline = drawn * np.cos(_angles(drawn)), drawn * np.sin(_angles(drawn))
+        ax.fill(*outline, facecolor=colour, alpha=0.25, edgecolor=colour, linewidth=1.2)
+        ax.plot(scaled.mean() * np.cos(CIRCLE), scaled.mean() * np.sin(CIRCLE), color=INK, linewidth=0.9, linestyle=":")
+        deepest = _angles(scaled)[scaled.argmax()]
+        mark = scaled.max() * np.cos(deepest), scaled.max() * np.sin(deepest)
+        ax.plot(*mark, "o", color=colour, markersize=4.5)
         ax.xaxis.label = f"depth [{scale.unit}]"
 
     def paint_surfaces(ax: Axes) -> None:
@@ -180,7 +180,6 @@ def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> l
             f"{body_name}: wear depth around it. {depth_text(depth)}",
             partial(paint_around, depth=depth, colour=colour),
             POLAR_SIZE,
-            is_polar=True,
         )
         for body_name, depth, (_, colour, _) in zip(names, depths, BODY_STYLES, strict=True)
         if depth.any()
@@ -388,7 +387,6 @@ TALL_SIZE = (4.2, 3.6)  # inches
 MAX_DOT_POSITIONS = 240  # places of a dot that moves: a browser goes straight between them
 END_COLOURS = (BLUE, RED)  # of the end at +z, at -z
 MAX_DRAWN_POSITIONS = 24  # number of drawn positions of the axis
-CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 73)
 AZIMUTH, ELEVATION = np.radians(-60.0), np.radians(25.0)  # of the view
 #: (2, 3): x, y and z of a bearing on the picture, a parallel projection.
 VIEW = np.array(
@@ -412,7 +410,7 @@ def spatial_pictures(
     def paint_axis(ax: Axes) -> None:
         """Draw the path of both ends, seen from the side and above; the scale along the bearing fills the picture."""
         size = np.array([clearance, clearance, 0.6 * half_lengths[0] if half_lengths[0] > 0.0 else 1.0])
-        circle = clearance * np.stack([np.cos(CIRCLE_ANGLES), np.sin(CIRCLE_ANGLES), np.zeros(CIRCLE_ANGLES.size)], -1)
+        circle = clearance * np.stack([np.cos(CIRCLE), np.sin(CIRCLE), np.zeros(CIRCLE.size)], -1)
 
         def draw_line(points: np.ndarray, colour: str, linewidth: float, zorder: float = 2.0) -> None:
             ax.plot(*(VIEW @ (points / size).T), color=colour, linewidth=linewidth, zorder=zorder)
@@ -431,7 +429,7 @@ def spatial_pictures(
 
     def paint_ends(ax: Axes) -> None:
         radius = clearance / scale.factor
-        ax.plot(radius * np.cos(CIRCLE_ANGLES), radius * np.sin(CIRCLE_ANGLES), color=INK, linewidth=1.0)
+        ax.plot(radius * np.cos(CIRCLE), radius * np.sin(CIRCLE), color=INK, linewidth=1.0)
         for end, colour, name in zip(ends, END_COLOURS, ("end +z", "end -z"), strict=True):
             ax.plot(*(end[:, :2].T / scale.factor), color=colour, linewidth=0.5, alpha=0.6, label=name)
         ax.equal_aspect = True

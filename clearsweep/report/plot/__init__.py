@@ -2,16 +2,14 @@
 
 from .axes import Axes
 from .items import BLUES, VIRIDIS, ColourScale, multiples_of, round_ticks, split_decades
-from .sheet import PolarSheet, Sheet, make_sheet
+from .sheet import Sheet
 
 __all__ = [
     "BLUES",
     "VIRIDIS",
     "Axes",
     "ColourScale",
-    "PolarSheet",
     "Sheet",
-    "make_sheet",
     "multiples_of",
     "round_ticks",
     "split_decades",
