@@ -400,46 +400,29 @@ def indices_by_value(value_indices: np.ndarray, count: int) -> list[np.ndarray]:
 
 
 def reduce_over_other_axes(
-    study: Study, values: np.ndarray, axes: tuple[Axis, Axis], reduce: Callable[[np.ndarray], float]
+    study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduce: Callable[[np.ndarray], float]
 ) -> np.ndarray:
     """Return the `values` of the finished cases, reduced to one number for each cell.
 
-    The shape is (values of the second axis, values of the first); cells without a value are NaN.
+    The shape is (values of the second axis, values of the first), one row without a second axis; cells without a value
+    are NaN.
     """
-    x_axis, y_axis = axes
-    table = np.full(len(y_axis.values) * len(x_axis.values), np.nan)
-    for cell, cases in enumerate(cases_by_cell(study, values, axes)):
-        if len(cases):
-            table[cell] = reduce(values[cases])
-    return table.reshape(len(y_axis.values), len(x_axis.values))
+    cells = [reduce(values[cases]) if len(cases) else np.nan for cases in cases_by_cell(study, values, axes)]
+    return np.array(cells, float).reshape(-1, len(axes[0].values))
 
 
-def cases_by_cell(study: Study, values: np.ndarray, axes: tuple[Axis, Axis]) -> list[np.ndarray]:
+def cases_by_cell(study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None]) -> list[np.ndarray]:
     """Return the indices of the finished cases with a value for each cell; the first axis varies fastest."""
     x_axis, y_axis = axes
-    row, column = study.indices_on(y_axis), study.indices_on(x_axis)
+    column = study.indices_on(x_axis)
+    row, rows = (study.indices_on(y_axis), len(y_axis.values)) if y_axis else (np.zeros_like(column), 1)
     is_known = np.isfinite(values) & (row >= 0) & (column >= 0)
     cell = np.where(is_known, row * len(x_axis.values) + column, -1)
-    return indices_by_value(cell, len(y_axis.values) * len(x_axis.values))
-
-
-def largest(values: np.ndarray) -> float:
-    """Return the worst value of a figure that should be small."""
-    return float(values.max())
-
-
-def smallest(values: np.ndarray) -> float:
-    """Return the worst value of a figure that should be large."""
-    return float(values.min())
-
-
-def median(values: np.ndarray) -> float:
-    """Return the median of a figure for which neither large nor small values are worse."""
-    return float(np.median(values))
+    return indices_by_value(cell, rows * len(x_axis.values))
 
 
 #: Function that reduces the cases of a cell to one number -> its name.
-REDUCTION_NAMES: dict[Callable[[np.ndarray], float], str] = {largest: "Largest", smallest: "Smallest", median: "Median"}
+REDUCTION_NAMES: dict[Callable[[np.ndarray], float], str] = {np.max: "Largest", np.min: "Smallest", np.median: "Median"}
 
 
 # The answer of a study, the same value as in answer.json, and its words.

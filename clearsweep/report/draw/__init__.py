@@ -71,12 +71,6 @@ def draw_axis_colour_bar(ax: Axes, axis: Axis, scale: ColourScale) -> None:
     label_values(ax.add_colour_bar(scale, axis.label()), axis, np.arange(len(axis.values), dtype=float))
 
 
-def stem_lines(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the corners of vertical lines at `x` as one line with gaps: one path in the file, not hundreds."""
-    lines = np.broadcast_arrays(x, low, high, np.nan)
-    return np.stack([lines[0], lines[0], lines[3]], axis=-1).ravel(), np.stack(lines[1:], axis=-1).ravel()
-
-
 def set_plain_axes(ax: Axes) -> None:
     """Draw a pale grid in the background, and no line at the top and right."""
     ax.set_grid(PALE, alpha=0.7)

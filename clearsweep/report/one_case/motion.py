@@ -19,7 +19,7 @@ from ...language.errors import InputError
 from ...store import StoredRun
 from .. import effects
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Picture, capitalise
-from ..draw import BLUE, GREY, INK, RED, draw_colour_bar, set_crank_angle_axis, set_plain_axes, stem_lines
+from ..draw import BLUE, GREY, INK, RED, draw_colour_bar, set_crank_angle_axis, set_plain_axes
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..study import Joint, Study, joint_with_laws, resolve_cases
 from .joints import bearing_pictures, is_spatial, spatial_pictures
@@ -210,7 +210,7 @@ def _paint_onsets(
 ) -> None:
     """Draw closing rates (`unit`, m/s or rad/s) of contact onsets over the crank angle (rad), and those of yield."""
     scale = wording.scale(unit, [*rate, *(limit for _, limit in limits)])
-    ax.plot(*stem_lines(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
+    ax.vlines(np.degrees(angle), 0.0, rate / scale.factor, color=BLUE, linewidth=0.6)
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4)
     for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):
         label = f"first yield ({name})"

@@ -49,11 +49,13 @@ class Axes:
         zorder: float = 2.0,
         capstyle: str = "butt",
         spans_height: bool = False,
+        spans_width: bool = False,
     ) -> None:
         """Draw a line, or points, or both; y may have a column for each line.
 
         code : a marker of 'o.|_sDxX+', '-' for a line, or both.  linestyle : '-', '--', '-.', ':', or lengths of lines
-        and gaps in line widths; '' for none.  Sizes and widths in points.
+        and gaps in line widths; '' for none.  Sizes and widths in points.  spans_height, spans_width : y, x are shares
+        of the axes
         """
         parsed = _FORMAT.fullmatch(code)
         if parsed is None:
@@ -62,32 +64,34 @@ class Axes:
         dash = _DASHES.get(linestyle, linestyle if linestyle[:1].isdigit() else "")
         stroke = Stroke(color.lower(), linewidth, dash, alpha, capstyle) if has_line else None
         size = markersize * (0.5 if shape == "." else 1.0)
-        style = MarkerStyle(shape, color.lower(), size, alpha, markerfacecolor.lower(), markeredgewidth)
-        marker_style = style if shape else None
+        drawn = MarkerStyle(shape, color.lower(), size, alpha, markerfacecolor.lower(), markeredgewidth)
+        marker_style = drawn if shape else None
         x, y = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(y, float))
         for column in y.T if y.ndim == 2 else (y,):
-            self._add_line(x, column, stroke, marker_style, zorder, spans_height=spans_height)
+            for kind, style in (("line", stroke), ("points", marker_style)):
+                if style:
+                    across, up = np.broadcast_arrays(x, column)
+                    self._add(kind, across, up, style, zorder, spans_height=spans_height, spans_width=spans_width)
         if label:
             self.legend_entries.append(LegendEntry(label, stroke, marker_style))
 
-    def _add_line(
+    def _add(
         self,
+        kind: str,
         x: np.ndarray,
         y: np.ndarray,
-        stroke: Stroke | None,
-        marker_style: MarkerStyle | None,
+        style: Any,
         zorder: float,
         *,
         spans_height: bool = False,
+        spans_width: bool = False,
     ) -> None:
-        x, y = np.broadcast_arrays(x, y)
-        self.xaxis.extend_data(x)
+        """Add an item, and its places to the data of the sides that it does not span."""
+        if not spans_width:
+            self.xaxis.extend_data(x)
         if not spans_height:
             self.yaxis.extend_data(y)
-        if stroke:
-            self.items.append(Item("line", x, y, stroke, zorder, spans_height))
-        if marker_style:
-            self.items.append(Item("points", x, y, marker_style, zorder, spans_height))
+        self.items.append(Item(kind, x, y, style, zorder, spans_height, spans_width))
 
     def step(self, x: Any, y: Any, *, color: str, markersize: float) -> None:
         """Draw points, and a line of steps that continues at the height of each until the next."""
@@ -111,20 +115,20 @@ class Axes:
         """Draw points of a size (points), all in one colour or each in the colour of its value on a scale."""
         x, y = np.asarray(x, float), np.asarray(y, float)
         if scale is None:
-            self._add_line(x, y, None, MarkerStyle(marker, color.lower(), size, alpha), zorder)
+            self._add("points", x, y, MarkerStyle(marker, color.lower(), size, alpha), zorder)
             return
         shades = np.round(scale.fractions(values) * 63.0) / 63.0
         known = np.unique(shades[np.isfinite(shades)])
         for shade, colour in zip(known, scale.hex_colours(known), strict=True):
             has_shade = shades == shade
-            self._add_line(x[has_shade], y[has_shade], None, MarkerStyle(marker, colour, size, alpha), zorder)
+            self._add("points", x[has_shade], y[has_shade], MarkerStyle(marker, colour, size, alpha), zorder)
 
     def fill_between(self, x: Any, low: Any, high: Any, *, color: str, alpha: float = 1.0) -> None:
         """Fill the area between two lines."""
         x, low, high = (np.asarray(array, float) for array in np.broadcast_arrays(x, low, high))
         finite = np.isfinite(low) & np.isfinite(high)
         x, low, high = x[finite], low[finite], high[finite]
-        self._add_area(np.r_[x, x[::-1]], np.r_[low, high[::-1]], color, alpha)
+        self._add("area", np.r_[x, x[::-1]], np.r_[low, high[::-1]], (color.lower(), alpha), 1.0)
 
     def fill(
         self,
@@ -139,51 +143,30 @@ class Axes:
     ) -> None:
         """Fill the inside of a closed line, with an opacity, and draw the line."""
         x, y = np.asarray(x, float), np.asarray(y, float)
-        self._add_area(x, y, facecolor, alpha, zorder)
-        self._add_line(np.append(x, x[:1]), np.append(y, y[:1]), Stroke(edgecolor.lower(), linewidth), None, zorder)
+        self._add("area", x, y, (facecolor.lower(), alpha), zorder)
+        edge = Stroke(edgecolor.lower(), linewidth)
+        self._add("line", np.append(x, x[:1]), np.append(y, y[:1]), edge, zorder)
 
-    def _add_area(self, x: np.ndarray, y: np.ndarray, colour: str, alpha: float, zorder: float = 1.0) -> None:
-        self.xaxis.extend_data(x)
-        self.yaxis.extend_data(y)
-        self.items.append(Item("area", x, y, (colour.lower(), alpha), zorder))
+    def vlines(self, x: Any, low: Any, high: Any, **style: Any) -> None:
+        """Draw vertical lines as one line with gaps; style : as for `plot`."""
+        self.plot(*_lines_with_gaps(x, low, high), **style)
 
-    def vlines(self, x: Any, low: Any, high: Any, *, color: str, linewidth: float = 1.5, alpha: float = 1.0) -> None:
-        """Draw vertical lines."""
-        x, low, high = np.broadcast_arrays(x, low, high)
-        self._add_segments(x, x, low, high, Stroke(color.lower(), linewidth, "", alpha))
+    def hlines(self, y: Any, low: Any, high: Any, **style: Any) -> None:
+        """Draw horizontal lines as one line with gaps; style : as for `plot`."""
+        self.plot(*_lines_with_gaps(y, low, high)[::-1], **style)
 
-    def hlines(self, y: Any, low: Any, high: Any, *, color: str, linewidth: float = 1.5, alpha: float = 1.0) -> None:
-        """Draw horizontal lines."""
-        y, low, high = np.broadcast_arrays(y, low, high)
-        self._add_segments(low, high, y, y, Stroke(color.lower(), linewidth, "", alpha))
+    def axhline(self, y: float, **style: Any) -> None:
+        """Draw a horizontal line across the axes; style : as for `plot`."""
+        self.plot([0.0, 1.0], [y, y], spans_width=True, **style)
 
-    def _add_segments(self, x0: Any, x1: Any, y0: Any, y1: Any, stroke: Stroke) -> None:
-        x, y = (
-            np.stack([*np.atleast_1d(*ends), np.full(np.size(ends[0]), np.nan)], -1).ravel()
-            for ends in ((x0, x1), (y0, y1))
-        )
-        self._add_line(x, y, stroke, None, 2.0)
-
-    def axhline(self, y: float, *, color: str, linewidth: float = 1.5, linestyle: str = "-", label: str = "") -> None:
-        """Draw a horizontal line across the axes."""
-        stroke = Stroke(color.lower(), linewidth, _DASHES.get(linestyle, ""))
-        self.yaxis.extend_data(y)
-        x, heights = np.array([0.0, 1.0]), np.array([y, y], float)
-        self.items.append(Item("line", x, heights, stroke, 2.0, spans_width=True))
-        if label:
-            self.legend_entries.append(LegendEntry(label, stroke))
-
-    def axvline(self, x: float, *, color: str, linewidth: float = 1.5, linestyle: str = "-") -> None:
-        """Draw a vertical line across the axes."""
-        stroke = Stroke(color.lower(), linewidth, _DASHES.get(linestyle, ""))
-        self.xaxis.extend_data(x)
-        self.items.append(Item("line", np.array([x, x], float), np.array([0.0, 1.0]), stroke, 2.0, spans_height=True))
+    def axvline(self, x: float, **style: Any) -> None:
+        """Draw a vertical line across the axes; style : as for `plot`."""
+        self.plot([x, x], [0.0, 1.0], spans_height=True, **style)
 
     def axhspan(self, low: float, high: float, *, color: str, zorder: float = 1.0) -> None:
         """Fill the area between two heights."""
-        self.yaxis.extend_data([low, high])
         x, y = np.array([0.0, 1.0, 1.0, 0.0]), np.array([low, low, high, high], float)
-        self.items.append(Item("area", x, y, (color.lower(), 1.0), zorder, spans_width=True))
+        self._add("area", x, y, (color.lower(), 1.0), zorder, spans_width=True)
 
     def bar(self, x: Any, height: Any, width: float = 0.8, bottom: Any = 0.0, *, color: str, label: str = "") -> None:
         """Draw vertical bars."""
@@ -211,7 +194,7 @@ class Axes:
         gaps = np.full(len(left), np.nan)
         corners = np.stack([left, right, right, left, gaps], -1)
         heights = np.stack([low, low, high, high, gaps], -1)
-        self._add_area(corners.ravel().astype(float), heights.ravel().astype(float), colour, alpha)
+        self._add("area", corners.ravel().astype(float), heights.ravel().astype(float), (colour.lower(), alpha), 1.0)
 
     def cells(
         self, x: Any, y: Any, values: Any, scale: ColourScale, *, edge_colour: str = "", linewidth: float = 0.0
@@ -221,11 +204,9 @@ class Axes:
         x : (columns + 1,), y : (rows + 1,), values : (rows, columns)
         """
         x, y, values = np.asarray(x, float), np.asarray(y, float), np.asarray(values, float)
-        self.xaxis.extend_data(x)
-        self.yaxis.extend_data(y)
         self.xaxis.sticky_ends |= {float(x[0]), float(x[-1])}
         self.yaxis.sticky_ends |= {float(y[0]), float(y[-1])}
-        self.items.append(Item("cells", x, y, CellStyle(values, scale, edge_colour.lower(), linewidth), 0.0))
+        self._add("cells", x, y, CellStyle(values, scale, edge_colour.lower(), linewidth), 0.0)
 
     def text(self, x: float, y: float, text: str, *, spans_width: bool = False, **style: Any) -> None:
         """Write a text at a position; style : fields of TextStyle."""
@@ -305,3 +286,9 @@ class Axes:
     def hide_edges(self, *names: str) -> None:
         """Hide edges: 'left', 'bottom', 'right', 'top'."""
         self.edges -= {*names}
+
+
+def _lines_with_gaps(place: Any, low: Any, high: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places, and the heights, of lines from low to high at some places as one line with gaps."""
+    places, *heights = np.broadcast_arrays(np.atleast_1d(place), low, high, np.nan)
+    return np.stack([places, places, heights[2]], -1).ravel(), np.stack(heights, -1).ravel()

@@ -33,7 +33,6 @@ from ..study import (
     answer_of_study,
     finished_cases,
     indices_by_value,
-    largest,
     reduce_over_other_axes,
     words_of,
 )
@@ -225,8 +224,8 @@ def _margin_maps(study: Study) -> list[Picture]:
 def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
     margins = study.cases[MARGIN_COLUMN]
     exceeded = ((study.cases[EXCEEDED_COLUMN] != "") | (study.cases[UNDECIDED_COLUMN] != "")).astype(float)
-    smallest = -reduce_over_other_axes(study, -margins, (x_axis, y_axis), largest)
-    failing = reduce_over_other_axes(study, exceeded, (x_axis, y_axis), largest)
+    smallest = -reduce_over_other_axes(study, -margins, (x_axis, y_axis), np.max)
+    failing = reduce_over_other_axes(study, exceeded, (x_axis, y_axis), np.max)
     added_cases = added_points(study, exceeded, x_axis, y_axis)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (x_axis, y_axis)]
@@ -283,7 +282,7 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
                 codes[is_of_design] = FAILS_ELSEWHERE
     names = wording.sentence_list([words_of(study).axis_name(path) for path in conditions])
     remark = f" (ok): met here, but not at every {names}." if codes.any() else ""
-    return reduce_over_other_axes(study, codes, pair, largest), remark
+    return reduce_over_other_axes(study, codes, pair, np.max), remark
 
 
 def added_points(study: Study, exceeded: np.ndarray, x_axis: Axis, y_axis: Axis) -> Dots:

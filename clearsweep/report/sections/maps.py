@@ -38,11 +38,7 @@ from ..study import (
     comparable_values,
     excludes_cut_off_starts,
     finished_cases,
-    indices_by_value,
-    largest,
-    median,
     reduce_over_other_axes,
-    smallest,
 )
 from .drivers import effect_picture, ideal_varies
 from .sample import limit_columns
@@ -129,8 +125,8 @@ def start_up_maps(study: Study) -> list[Picture]:
         return [effect_picture(study, effect, "start-up time") for effect in effects]
     pair = _in_grid_order(study, (effects[0].axis, effects[1].axis))
     times = study.cases[START_UP]
-    table = reduce_over_other_axes(study, times, pair, largest)
-    is_missing = reduce_over_other_axes(study, np.isnan(times).astype(float), pair, largest)
+    table = reduce_over_other_axes(study, times, pair, np.max)
+    is_missing = reduce_over_other_axes(study, np.isnan(times).astype(float), pair, np.max)
     figure_map = FigureMap(study.joints[0], START_UP, "start-up time", pair, np.where(is_missing == 1.0, np.inf, table))
     return [_map_picture(study, figure_map, (float(np.nanmin(times)), float(np.nanmax(times))))]
 
@@ -180,9 +176,9 @@ def _table(study: Study, column: str, pair: tuple[Axis, Axis]) -> np.ndarray:
 def _reduction(study: Study, column: str) -> Callable[[np.ndarray], float]:
     """Return the reduction of the values of a cell's cases."""
     if study.shows_median or column.endswith(WITHOUT_WORSE_DIRECTION):
-        return median
+        return np.median
     lead_is_smallest = study.lead.smallest and column.endswith(f"_{study.lead.figure}")
-    return smallest if lead_is_smallest or column.endswith(LOWER_IS_WORSE_SUFFIXES) else largest
+    return np.min if lead_is_smallest or column.endswith(LOWER_IS_WORSE_SUFFIXES) else np.max
 
 
 def pictures_over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
@@ -250,7 +246,7 @@ def _unsafe_cells(study: Study, figure_map: FigureMap) -> np.ndarray:
     if not (is_of_film and study.has(figure_map.joint.column(FILM_LIMIT_FRACTION))):
         return np.zeros(figure_map.table.shape, bool)
     is_unsafe = questions.is_unsafe(finished_cases(study)).astype(float)
-    unsafe: np.ndarray = reduce_over_other_axes(study, is_unsafe, figure_map.pair, largest) == 1.0
+    unsafe: np.ndarray = reduce_over_other_axes(study, is_unsafe, figure_map.pair, np.max) == 1.0
     return unsafe
 
 
@@ -269,9 +265,8 @@ def _spots(study: Study, figure_map: FigureMap, scale: wording.Scale) -> tuple[S
             )
             count_text = f", {REDUCTION_NAMES[reduction].lower()} of {len(cases)} cases" if len(cases) > 1 else ""
             value = reduction(values[cases])
-            case_id = (
-                study.cases.index[cases[values[cases] == value][0]] if reduction is not median or not count_text else ""
-            )
+            is_of_case = reduction is not np.median or not count_text
+            case_id = study.cases.index[cases[values[cases] == value][0]] if is_of_case else ""
             lower_corner, upper_corner = (column - 0.5, row - 0.5), (column + 0.5, row + 0.5)
             spots.append(Spot(lower_corner, upper_corner, f"{scale.text(value)}: {cell_text}{count_text}", case_id))
     return tuple(spots)
@@ -333,8 +328,8 @@ def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axi
         plotted.limit is not None and plotted.limit.kind == "at_least"
     )
     values = comparable_values(study, plotted.column)
-    reduction = median if study.shows_median else smallest if lower_is_worse else largest
-    reduced_values = _reduced_values(study, values, (x_axis, curve_axis), reduction)
+    reduction = np.median if study.shows_median else np.min if lower_is_worse else np.max
+    reduced_values = reduce_over_other_axes(study, values, (x_axis, curve_axis), reduction)
     row_indices = np.unique(
         np.linspace(0, len(reduced_values) - 1, min(len(reduced_values), MAX_CURVES)).round().astype(int)
     )
@@ -343,8 +338,8 @@ def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axi
     limit_values = np.full(len(x_axis.values), np.nan)
     if plotted.limit is not None:  # its strictest value at each value of the axis
         limits = plotted.limit.limit_values(limit_columns(study, plotted.limit))
-        strictest = smallest if plotted.limit.kind == "at_most" else largest
-        limit_values = _reduced_values(study, limits, (x_axis, None), strictest)[0]
+        strictest = np.min if plotted.limit.kind == "at_most" else np.max
+        limit_values = reduce_over_other_axes(study, limits, (x_axis, None), strictest)[0]
 
     def paint(ax: Axes) -> None:
         known_values = np.concatenate([curves[np.isfinite(curves)], limit_values[np.isfinite(limit_values)]])
@@ -389,21 +384,6 @@ def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axi
         f"{x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: {range_text}.",
         paint,
     )
-
-
-def _reduced_values(
-    study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduction: Callable[[np.ndarray], float]
-) -> np.ndarray:
-    """Return one value for each pair of values of the second and the first axis; one row if there is no second axis."""
-    x_axis, curve_axis = axes
-    if curve_axis is not None:
-        return reduce_over_other_axes(study, values, (x_axis, curve_axis), reduction)
-    row = np.full((1, len(x_axis.values)), np.nan)
-    value_indices = np.where(np.isfinite(values), study.indices_on(x_axis), -1)
-    for index, cases in enumerate(indices_by_value(value_indices, len(x_axis.values))):
-        if len(cases):
-            row[0, index] = reduction(values[cases])
-    return row
 
 
 # Wear at a glance: the map of the joint that wears deepest.

@@ -36,7 +36,6 @@ from ..draw import (
     label_values,
     set_log_scale,
     set_plain_axes,
-    stem_lines,
 )
 from ..draw.comparison import KIND_COLOURS, LEGEND, draw_kinds
 from ..effects import main_effects_of
@@ -54,7 +53,7 @@ from ..motion import (
 )
 from ..one_case.motion import JointHistory, history_of, joint_histories, largest_texts, saved_channels
 from ..plot import Axes, ColourScale, round_ticks
-from ..study import Joint, Study, answer_of_study, cases_by_cell, largest, reduce_over_other_axes, words_of
+from ..study import Joint, Study, answer_of_study, cases_by_cell, reduce_over_other_axes, words_of
 
 # Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra.
 
@@ -118,7 +117,7 @@ def _maps(study: Study, joint: Joint) -> list[Picture]:
 
 
 def _kind_map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], words: tuple[str, ...]) -> Picture:
-    table = reduce_over_other_axes(study, values, axes, largest)
+    table = reduce_over_other_axes(study, values, axes, np.max)
     most_irregular_counts = [
         f"{int((values[cases] == values[cases].max()).sum())} of {len(cases)}" if len(cases) > 1 else ""
         for cases in cases_by_cell(study, values, axes)
@@ -304,12 +303,11 @@ def _spectrum(name: str, unit: str, actual: Spectrum, ideal: Spectrum | None) ->
     def paint(ax: Axes) -> None:
         scale = wording.scale(unit, max_amplitude)
         in_range = actual.order <= MAX_ORDER
-        gridlines = stem_lines(np.arange(1, MAX_ORDER + 1), 0.0, 1.0)
-        ax.plot(*gridlines, color=PALE, linewidth=0.5, spans_height=True)
+        ax.vlines(np.arange(1, MAX_ORDER + 1), 0.0, 1.0, color=PALE, linewidth=0.5, spans_height=True)
         floor = MIN_AMPLITUDE * max_amplitude / scale.factor
         heights = actual.amplitude[in_range] / scale.factor
-        lines = stem_lines(actual.order[in_range], floor, heights.clip(min=floor))
-        ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
+        orders, tops = actual.order[in_range], heights.clip(min=floor)
+        ax.vlines(orders, floor, tops, color=BLUE, linewidth=1.1, label="with clearance")
         if ideal is not None:
             is_drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * max_amplitude)
             heights = ideal.amplitude[is_drawn] / scale.factor

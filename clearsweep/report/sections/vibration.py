@@ -19,7 +19,7 @@ from ..draw.comparison import MAP_SIZE, draw_kinds
 from ..effects import main_effects_of
 from ..one_case.motion import saved_channels
 from ..plot import Axes, ColourScale
-from ..study import Study, largest, reduce_over_other_axes, resolve_cases
+from ..study import Study, reduce_over_other_axes, resolve_cases
 
 PEAK = "frame_force_peak"
 NOTE = (
@@ -293,7 +293,7 @@ def _zones(study: Study, place: str) -> Iterator[Picture]:
         yield Picture(f"Velocity of {name} in zones", "The largest of each value.", alt, paint, FLAT_SIZE)
         return
     x_axis, y_axis = sorted(axes, key=study.axes.index)
-    table = reduce_over_other_axes(study, velocity, (x_axis, y_axis), largest)
+    table = reduce_over_other_axes(study, velocity, (x_axis, y_axis), np.max)
     zones = np.vectorize(lambda value: ZONES.index(zone_of(value, bounds)) if np.isfinite(value) else np.nan)(table)
     scale = wording.scale("m/s", float(np.nanmax(table)))
     texts = np.vectorize(lambda value: scale.number_text(value, 3) if np.isfinite(value) else "")(table)
