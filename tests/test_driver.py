@@ -133,9 +133,7 @@ def driven(tmp_path):
     def drive_with(executor):
         with store.RunDirectory(tmp_path / "run").open_for(held_grid) as contents:
             batches = Batches(np.arange(CASES), ids, 1, 0.0)
-            batches.update_time_estimate(
-                BatchOutcome("x", 4, 0, 4.0)
-            )  # of four slow cases: batches of several, not of all
+            batches.times.add(BatchOutcome("x", 4, 0, 4.0))  # of four slow cases: batches of several, not of all
             context = RunContext(contents.path, held_grid, Fake)
             driver = Driver(executor, contents, context, batches, None, CaseProgress(CASES))
             assert driver.run()
@@ -184,15 +182,15 @@ def test_batches_reach_their_length_soon_after_a_slow_first_case():
     batches, sizes = Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0), []
     for seconds in (30.0, *[0.0] * 9):
         sizes.append(len(batches.next().cases))
-        batches.update_time_estimate(BatchOutcome("x", sizes[-1], 0, seconds + 1e-3 * sizes[-1]))
+        batches.times.add(BatchOutcome("x", sizes[-1], 0, seconds + 1e-3 * sizes[-1]))
     assert sizes[-1] > 0.9 * driving.TARGET_SECONDS / 1e-3
 
 
 def test_batches_of_the_next_block_begin_as_long_as_those_of_the_last_one():
-    last, following = (Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0) for _ in range(2))
+    times = driving.CaseTimes()
+    last, following = (Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0, times) for _ in range(2))
     for _ in range(10):
-        last.update_time_estimate(BatchOutcome("x", size := len(last.next().cases), 0, 1e-3 * size))
-    following.copy_times(last)
+        times.add(BatchOutcome("x", size := len(last.next().cases), 0, 1e-3 * size))
     assert len(following.next().cases) > 0.9 * driving.TARGET_SECONDS / 1e-3
 
 

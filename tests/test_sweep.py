@@ -429,7 +429,7 @@ def test_batches_grow_to_about_two_seconds_and_shrink_towards_the_end():
     sizes = []
     while batch := batches.next():
         sizes.append(len(batch.cases))
-        batches.update_time_estimate(BatchOutcome("x", len(batch.cases), 0, 0.01 * len(batch.cases)))
+        batches.times.add(BatchOutcome("x", len(batch.cases), 0, 0.01 * len(batch.cases)))
     assert sum(sizes) == 10_000
     assert sizes[:3] == [1, 8, 64]
     assert max(sizes) == 200
@@ -438,7 +438,7 @@ def test_batches_grow_to_about_two_seconds_and_shrink_towards_the_end():
 
 def test_batches_with_large_histories_stay_small():
     batches = Batches(np.arange(1000), np.arange(1000, dtype="u8"), 2, 8e6)
-    batches.update_time_estimate(BatchOutcome("x", 500, 0, 0.5))
+    batches.times.add(BatchOutcome("x", 500, 0, 0.5))
     assert len(batches.next().cases) == 4
 
 

@@ -23,7 +23,7 @@ from .sentences import sentences
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
 
 MAX_UNRUN = 100_000  # cases of a grid up to which those that were not run are listed
-KEPT = 4  # columns in memory, 8 bytes a case each; to read one again takes 0.4 ms, of a hundred thousand cases 3 ms
+KEPT = 2  # columns in memory, 8 bytes a case each; to read one again takes 0.4 ms, of a hundred thousand cases 3 ms
 MAX_SETTINGS = 50  # designs whose worst case has its values in the answer
 #: Question -> figures of a joint or of the mechanism whose effects are listed.
 LEADING = {

@@ -32,6 +32,7 @@ from .judged import (
 
 # Effects of varied values on figures, from blocks of cases that differ in one value and in nothing else.
 
+CASES_AT_ONCE = 4096  # of which indices are made at a time
 MAX_LEVELS = 1000  # distinct values of an axis above which its effect is not assessed
 MIN_DIFFERENCE = 0.01  # of the larger end: a smaller difference of two cases is none
 MAX_REVERSAL = 0.1  # of the range of a block: a block that turns back by more is neither rising nor falling
@@ -81,16 +82,18 @@ def axes_of(cases: Cases) -> list[Axis]:
     tied = {path for section in ("zip", "cases") for path in cases.record.get(section) or {}}
     axes: list[Axis] = []
     for path, (levels, codes) in cases.codes.items():
-        values = codes.tolist()
         for index, axis in enumerate(axes):
-            others = axis.codes.tolist()
-            pairs = {*zip(values, others, strict=True)}
-            if {path, axis.paths[0]} <= tied and len(pairs) == len({*values}) == len({*others}):
+            if {path, axis.paths[0]} <= tied and _fix_one_another(codes, axis.codes):
                 axes[index] = axis._replace(paths=(*axis.paths, path))
                 break
         else:
             axes.append(Axis((path,), levels, codes))
     return axes
+
+
+def _fix_one_another(first: np.ndarray, second: np.ndarray) -> bool:
+    values, others = first.tolist(), second.tolist()
+    return len({*zip(values, others, strict=True)}) == len({*values}) == len({*others})
 
 
 def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray) -> np.ndarray:
@@ -108,8 +111,10 @@ def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray
     has_ends = [np.isin(np.arange(group.max(initial=-1) + 1), group[level == end]) for end in ends]
     number = np.cumsum(np.all(has_ends, axis=0)) - 1
     blocks = np.full((number.max(initial=-1) + 1, last + 1), np.nan)
-    is_used = np.all(has_ends, axis=0)[group]
-    blocks[number[group[is_used]], level[is_used]] = values[known[is_used]]
+    for first in range(0, len(known), CASES_AT_ONCE):
+        part = slice(first, first + CASES_AT_ONCE)
+        is_used = np.all(has_ends, axis=0)[group[part]]
+        blocks[number[group[part][is_used]], level[part][is_used]] = values[known[part][is_used]]
     return blocks
 
 

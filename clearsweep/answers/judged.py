@@ -29,11 +29,11 @@ class Cases:
         record : run.json; columns : (n,) each, by name; own : (n,) mask of the grid's own cases, default all
         """
         self.record = record
-        is_own = np.ones(len(columns["case_id"]), bool) if own is None else np.asarray(own, bool)
+        is_own = np.ones(len(columns["status"]), bool) if own is None else np.asarray(own, bool)
         self.added_count = int((~is_own).sum())
         self._columns = columns
         self.role_by_path: dict[str, str] = dict(record.get("roles") or {})
-        self._rows = np.flatnonzero(is_own)
+        self._rows = np.flatnonzero(is_own).astype("u4")
         self.paths = [path for path in self.role_by_path if self._is_varied(path)]
         numerics = self.paths_of(catalogue.NUMERICS)
         if numerics and len(self._rows):
@@ -71,20 +71,24 @@ class Cases:
         return {"labels": {name: list(dict.fromkeys(each)) for name, each in texts.items()}} if names else {}
 
     def values(self, name: str) -> np.ndarray:
-        """Return a column of the judged cases."""
-        return _array(self._columns[name])[self._rows]
+        """Return a column of the judged cases; it is not to be changed."""
+        values = _array(self._columns[name])
+        return values if len(values) == len(self._rows) else values[self._rows]
 
     def case_id(self, row: int) -> str:
         """Return the identity of a judged case."""
         return str(_array(self._columns["case_id"])[self._rows[[row]]].astype(str)[0])
 
     def numbers(self, name: str) -> np.ndarray:
-        """Return a figure of the judged cases as floats; NaN where it is missing or the case failed."""
-        return np.where(self.is_finished, floats(self.values(name)), np.nan)
+        """Return a figure of the judged cases as floats, not to be changed; NaN if missing or if the case failed."""
+        values = floats(self.values(name))
+        known: np.ndarray = values if self.is_finished.all() else np.where(self.is_finished, values, np.nan)
+        return known
 
     def values_of_all(self, name: str) -> np.ndarray:
         """Return a column of the own cases, coarse ones included."""
-        return _array(self._columns[name])[self._all_rows]
+        values: np.ndarray = _array(self._columns[name])[self._all_rows]
+        return values
 
     def rows_of(self, values: Mapping[str, Any]) -> np.ndarray:
         """Return the judged cases (indices) with these values, in the form of the answer; an unused path matches."""
@@ -136,7 +140,10 @@ def combined_codes(columns: Sequence[np.ndarray], count: int) -> np.ndarray:
     """Return one number for each case that is equal where all codes are; columns : (n,) each."""
     number = np.zeros(count, np.int64)
     for codes in columns:
-        number = _without_gaps(number * (int(codes.max(initial=0)) + 2) + codes + 1)
+        number *= int(codes.max(initial=0)) + 2
+        number += codes
+        number += 1
+        number = _without_gaps(number)
     return number
 
 

@@ -5,9 +5,10 @@ from pathlib import Path
 import pyarrow
 
 from . import blocks
-from .batch import Axis, ResultSchema, Row, id_text
+from .batch import Axis, ResultSchema, Row, release_memory
 from .blocks import Block, Division, discard_from, finish_block, read_mark, sha256_of, sum_counts
 from .dataset import BlockedRun, SampledRun, unmark_damaged
+from .datasets import id_text
 from .directory import ANSWER_FILE, BLOCKS, FINAL_FILES, SCRATCH, OtherGridError, RunDirectory, commit
 from .merged import Worst, keep_histories_once, merge
 from .parts import Part

@@ -1,5 +1,6 @@
 """Columns of the tables and datasets of the orbits, as every file of results has them, and their checked reading."""
 
+import binascii
 import contextlib
 import math
 import os
@@ -113,7 +114,7 @@ GROUP = "worst"  # of orbits.h5: the peak revolutions of the worst cases
 JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
 _PEAK, _PEAK_SAMPLE = "peak", "sample of a peak"  # items of this group
 _FILTERS = {1, 2, 3}  # deflate, shuffle and Fletcher32 of HDF5: another could load a library
-_IS_HEX_DIGIT = np.isin(np.arange(256), np.frombuffer(b"0123456789abcdef", "u1"))  # by byte
+_IDS_AT_ONCE = 4096  # identities read at a time
 Hdf5 = Any  # an object of h5py
 LARGEST_CLOCK = 1e15  # s or rad; a step of a rounded crank angle is then 0.1 rad
 _CLOCKS = ("t", "crank_angle", "events/t")  # never NaN
@@ -288,7 +289,7 @@ def _expected(stored: Stored, *, with_peaks: bool) -> _Expected:
 class Contents(NamedTuple):
     """What a checked file says of its cases."""
 
-    ids: np.ndarray  # CASE_ID.dtype, one for each case
+    ids: np.ndarray  # uint64, one for each case
     offsets: dict[str, np.ndarray]  # item -> first item of each case and the number of items, int64
     positions: dict[str, int]  # path -> its first byte in the file; of files of batches
 
@@ -328,7 +329,7 @@ def _check_file(file: Hdf5, stored: Stored, rows: int, plain_size: int | None) -
         _check_shape(path, opened[path].shape, (cases + 1,))
         offsets = contents.offsets[item] = file[path][:]
         counts[item] = int(offsets[-1])
-        if offsets[0] != 0 or (np.diff(offsets) < 0).any():
+        if offsets[0] != 0 or (offsets[1:] < offsets[:-1]).any():
             raise MisshapenError(f"{path} does not ascend from 0")
     for path, dataset in expected.datasets.items():
         if path not in expected.offsets.values():
@@ -376,13 +377,34 @@ def _check_shape(path: str, shape: tuple[int, ...], expected: tuple[int, ...]) -
 
 
 def _read_ids(file: Hdf5, rows: int, *, has_peaks: bool) -> np.ndarray:
-    """Return the identities of the cases; they are checked, and those of peaks are among them."""
-    _check_shape(CASE_ID.path, file[CASE_ID.path].shape, (rows,))
-    ids: np.ndarray = file[CASE_ID.path][:]
-    if not _IS_HEX_DIGIT[ids.view("u1")].all():
-        raise MisshapenError(f"{CASE_ID.path} has other texts than identities")
-    if has_peaks and not np.isin(file[f"{GROUP}/case_id"][:], ids).all():
+    """Return the identities of the cases, uint64; they are checked, and those of peaks are among them."""
+    dataset, ids = file[CASE_ID.path], np.empty(rows, "u8")
+    _check_shape(CASE_ID.path, dataset.shape, (rows,))
+    for first in range(0, rows, _IDS_AT_ONCE):
+        ids[first : first + _IDS_AT_ONCE] = ids_of_texts(dataset[first : first + _IDS_AT_ONCE].tobytes())
+    if has_peaks and not np.isin(ids_of_texts(file[f"{GROUP}/case_id"][:].tobytes()), ids).all():
         raise MisshapenError(f"{GROUP}/case_id has other cases")
+    return ids
+
+
+def id_text(value: int) -> str:
+    """Return a case_id as text."""
+    return f"{value:0{ID_LENGTH}x}"
+
+
+def id_texts(ids: np.ndarray) -> np.ndarray:
+    """Return case_ids as texts of the dtype CASE_ID, from numbers (uint64)."""
+    return np.frombuffer(binascii.hexlify(ids.astype(">u8").data), CASE_ID.dtype)
+
+
+def ids_of_texts(texts: bytes) -> np.ndarray:
+    """Return case_ids as numbers, uint64; MisshapenError for other texts."""
+    try:
+        ids = np.frombuffer(binascii.unhexlify(texts), ">u8").astype("u8")
+    except ValueError:
+        ids = np.empty(0, "u8")
+    if id_texts(ids).tobytes() != texts:
+        raise MisshapenError(f"{CASE_ID.path} has other texts than identities")
     return ids
 
 

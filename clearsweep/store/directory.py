@@ -30,13 +30,11 @@ from .batch import (
     batch_files,
     file_name,
     hash_in_name,
-    id_text,
-    id_texts,
     orbits_bytes,
     summary_table,
     table_bytes,
 )
-from .datasets import Contents, datasets, open_orbits
+from .datasets import Contents, datasets, id_text, open_orbits
 from .record import RECORD_FILE, MisshapenError, differing, json_round_trip, read_record, record_bytes, signed, utc_now
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
@@ -341,20 +339,19 @@ class RunDirectory:
 
     def rows(self) -> np.ndarray:
         """Return the location of each committed case (ROWS, ascending by id): its newest result, preferably 'ok'."""
-        ids = np.concatenate([np.empty(0, "u8"), *(batch.ids for batch in self.batches)])
-        failed = np.concatenate([np.empty(0, bool), *(batch.failed for batch in self.batches)])
-        sizes = [len(batch.ids) for batch in self.batches]
-        batch = np.repeat(np.arange(len(sizes), dtype="i4"), sizes)
-        order = np.argsort(ids)
-        is_repeated = np.concatenate([[False], np.diff(ids[order]) == 0])[: len(ids)]
+        rows, first = np.empty(sum(len(batch.ids) for batch in self.batches), ROWS), 0
+        for number, batch in enumerate(self.batches):
+            part = rows[first : first + len(batch.ids)]
+            part["id"], part["failed"], part["batch"], part["row"] = batch.ids, batch.failed, number, range(len(part))
+            first += len(part)
+        rows = rows[np.argsort(rows["id"])]
+        is_repeated = rows["id"][1:] == rows["id"][:-1]
         if is_repeated.any():
             newest_first = np.argsort([-batch.written for batch in self.batches], kind="stable")
             age = np.empty(len(newest_first), "i4")
             age[newest_first] = np.arange(len(age))
-            order = np.lexsort((age[batch], failed, ids))[~is_repeated]
-        rows = np.empty(len(order), ROWS)
-        rows["id"], rows["failed"], rows["batch"] = ids[order], failed[order], batch[order]
-        rows["row"] = np.concatenate([np.empty(0, "i4"), *(np.arange(size) for size in sizes)])[order]
+            order = np.lexsort((age[rows["batch"]], rows["failed"], rows["id"]))
+            rows = rows[order[np.concatenate([[True], ~is_repeated])]]
         return rows
 
 
@@ -364,7 +361,7 @@ def check_histories(batch: BatchFiles, result_schema: ResultSchema) -> Contents:
     try:
         is_plain, cases = batch.cases is None, batch.cases or len(batch.ids)
         with open_orbits(batch.orbits, result_schema.stored, cases, plain=is_plain) as (_, contents):
-            if not np.array_equal(contents.ids[batch.first : batch.first + len(batch.ids)], id_texts(batch.ids)):
+            if not np.array_equal(contents.ids[batch.first : batch.first + len(batch.ids)], batch.ids):
                 raise MisshapenError("its cases are not those of its summary")
             return contents
     except (FileNotFoundError, ClearsweepError):

@@ -31,7 +31,6 @@ from .batch import (
     add_verdict_columns,
     describe_dataset,
     file_name,
-    id_texts,
     label_fields,
     read_summary,
     summary_schema,
@@ -53,6 +52,7 @@ from .datasets import (
     field_of,
     filter_chunk,
     h5py,
+    id_texts,
     offset_datasets,
     peak_datasets,
     rows_at,
@@ -92,7 +92,7 @@ def write_summary(
             table = add_label_columns(result_schema.labels, table)
             on_group(table, number * GROUP_ROWS)
             writer.write_table(table.replace_schema_metadata(full_schema.metadata))
-            pa.default_memory_pool().release_unused()  # malloc would keep the gaps between the columns of a group
+            pa.default_memory_pool().release_unused()  # it would keep the gaps between the columns of a group
 
 
 def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:
@@ -102,7 +102,8 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
     file, and each group is merged from these files.  They have Arrow's stream format, since its file format is read in
     advance by other threads (see `batch.open_table`).
     """
-    row_sets = indices_by_value((np.cumsum(np.bincount(rows["batch"]))[rows["batch"]] - 1) // ROWS_IN_MEMORY)
+    set_of_batch = (np.cumsum(np.bincount(rows["batch"])) - 1) // ROWS_IN_MEMORY
+    row_sets = indices_by_value(set_of_batch.astype("u4")[rows["batch"]])
     if len(row_sets) < 2:
         columns, order = _rows_of_batches(run, schema, rows)
         # column by column: one of them fits into the processor's cache, all of them do not
@@ -138,7 +139,7 @@ def indices_by_value(numbers: np.ndarray) -> list[np.ndarray]:
     if not len(numbers):
         return []
     narrow = np.ascontiguousarray(numbers, "u2" if numbers.max() < 2**16 else "u4")  # of two bytes: sorted by counting
-    order = np.argsort(narrow, kind="stable")
+    order = np.argsort(narrow, kind="stable").astype("u4")
     return np.split(order, np.flatnonzero(np.diff(narrow[order])) + 1)
 
 
@@ -163,7 +164,7 @@ def _join_columns(tables: list[list[pa.ChunkedArray]], schema: pa.Schema) -> Ite
         chunks = (part for table in tables for part in table.pop(0).chunks)
         yield pa.chunked_array(chunks, field.type).combine_chunks()
         if number % 4 == 0:  # now and then, as it takes 1 ms
-            pa.default_memory_pool().release_unused()  # the parts are small: malloc would keep the gaps they leave
+            pa.default_memory_pool().release_unused()  # the parts are small: it would keep the gaps they leave
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -195,15 +196,16 @@ class OrbitFiles:
 
     def extents(self, item: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return first index and number of values of every case in its batch's dataset, both int64."""
-        places = rows["row"] + np.array([batch.first for batch in self.run.batches], "i8")[rows["batch"]]
+        places = rows["row"] + np.array([batch.first for batch in self.run.batches], "i4")[rows["batch"]]
         if item == CASE:
-            return places * width, np.full(len(rows), width, "i8")
+            return places * np.int64(width), np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
         for selection in indices_by_value(rows["batch"]):
             if file := self._file(int(rows["batch"][selection[0]])):
                 starts, row = file.offsets[item], places[selection]
-                first[selection], count[selection] = starts[row], starts[row + 1] - starts[row]
-        return first * width, count * width
+                first[selection] = starts[row] * width
+                count[selection] = (starts[row + 1] - starts[row]) * width
+        return first, count
 
     def _file(self, number: int) -> Contents | None:
         """Return the datasets of a batch, or None if it has none; StorageError if they are not as a run writes them.
@@ -281,10 +283,14 @@ def write_orbits(
         ThreadPoolExecutor(COMPRESSORS) as threads,
     ):
         file.attrs["clearsweep"] = content_hash
-        write_dataset(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
+        ids = file.create_dataset(CASE_ID.path, (len(rows),), CASE_ID.dtype, fletcher32=len(rows) > 0)
+        describe_dataset(ids, CASE_ID)
+        for start in range(0, len(rows), ROWS_IN_MEMORY):
+            ids[start : start + ROWS_IN_MEMORY] = id_texts(rows["id"][start : start + ROWS_IN_MEMORY])
         for item, dataset in offset_datasets(result_schema.stored).items():
-            _, count = orbits.extents(item, 1, rows)
-            write_dataset(file, dataset, np.concatenate([[0], np.cumsum(count)]).astype("i8"), fletcher32=True)
+            offsets = np.zeros(len(rows) + 1, "i8")
+            np.cumsum(orbits.extents(item, 1, rows)[1], out=offsets[1:])
+            write_dataset(file, dataset, offsets, fletcher32=True)
         all_datasets, writing = datasets(result_schema.stored), phases.innermost_phase()
         for number, dataset in enumerate(all_datasets):
             first, count = orbits.extents(dataset.item, dataset.width, rows)

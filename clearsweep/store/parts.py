@@ -14,8 +14,8 @@ import pyarrow.parquet as pq
 
 from ..language.errors import ClearsweepError, DirectoryError
 from . import durable
-from .batch import GROUP_ROWS, id_text, ids_of_texts, open_table
-from .datasets import Hdf5, Stored, h5py, is_plausible, open_orbits
+from .batch import GROUP_ROWS, open_table
+from .datasets import Hdf5, Stored, h5py, id_text, is_plausible, open_orbits
 from .directory import IDS_FILE, ORBITS_FILE, SUMMARY_FILE
 from .record import MisshapenError, damaged_error
 
@@ -60,10 +60,9 @@ class Part:
                 return
             self._opened = None
             with open_orbits(path, self._stored, len(self), mark=self._mark) as (file, contents):
-                ids = ids_of_texts(contents.ids.tobytes())
                 if IDS_FILE not in self.files:
-                    self.ids = ids
-                elif not np.array_equal(ids, self.ids):
+                    self.ids = contents.ids
+                elif not np.array_equal(contents.ids, self.ids):
                     raise damaged_error(path, f"its cases are not those of {IDS_FILE}")
                 self._checked = identity
                 yield file

@@ -17,7 +17,7 @@ from ..language import wording
 from ..language.errors import DirectoryError, InputError
 from ..searches import SEARCHES, search_of
 from . import durable
-from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column
+from .batch import GROUP_ROWS, has_histories, ids_of_column
 from .datasets import (
     EVENT,
     GROUP,
@@ -30,6 +30,7 @@ from .datasets import (
     TURNS,
     Stored,
     field_of,
+    id_texts,
     life_datasets,
     read_values,
     values_of,
@@ -105,7 +106,7 @@ class StoredRun:
         run._set_part()
         run._check_content()
         for _ in run.parts[0].rows():  # checks every value
-            pa.default_memory_pool().release_unused()  # malloc would keep the gaps between the columns of a group
+            pa.default_memory_pool().release_unused()  # it would keep the gaps between the columns of a group
 
     def _check_content(self) -> None:
         """Raise DamagedError if the merged files have content that no run writes; their checksums do not prove that."""
@@ -116,10 +117,12 @@ class StoredRun:
         self._check_axes()
         with part.orbits():  # checks it
             pass
+        first, is_same = 0, bool((part.ids[1:] > part.ids[:-1]).all())
         with damage_said(part.files[SUMMARY_FILE]):
-            columns = (rows.column(0) for rows in part.rows(["case_id"]))
-            ids = np.concatenate([np.empty(0, "u8"), *map(ids_of_column, columns)])
-        if not np.array_equal(ids, part.ids) or not (ids[1:] > ids[:-1]).all():
+            for rows in part.rows(["case_id"]):
+                is_same &= np.array_equal(ids_of_column(rows.column(0)), part.ids[first : first + len(rows)])
+                first += len(rows)
+        if not is_same or first != len(part.ids):
             raise damaged_error(part.files[ORBITS_FILE], "its cases are not those of summary.parquet, in order")
 
     def _check_columns(self) -> None:
@@ -251,7 +254,7 @@ class StoredRun:
             values[offset : offset + len(block[name])] = block[name]
             offset += len(block[name])
         if len(values) > GROUP_ROWS:  # it takes 1 ms
-            pa.default_memory_pool().release_unused()  # malloc would keep the gaps between the groups
+            pa.default_memory_pool().release_unused()  # it would keep the gaps between the groups
         return values
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:

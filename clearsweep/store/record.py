@@ -269,7 +269,7 @@ _BATCH_FACTS = {
     "sha256": _text_check("([0-9a-f]{64})?", "a checksum"),
     "written": _range_check(2**63 - 1, "a time in ns"),
     "frame": _text_check("[0-9a-f]{64}", "a checksum"),
-    "span?": [_range_check(2**31, "a number of cases")],
+    "span?": [_range_check(2**31 - 1, "a number of cases")],
 }
 _LAW_FILE = {
     **_each("name path package", _TEXT),

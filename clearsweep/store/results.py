@@ -23,10 +23,10 @@ from ..language.errors import DirectoryError
 from ..language.wording import is_missing
 from ..searches import SEARCHES, base_laws, search_of
 from . import durable
-from .batch import GROUP_ROWS, ResultSchema, add_verdict_columns, id_text, id_texts, open_table, summary_schema
+from .batch import GROUP_ROWS, ResultSchema, add_verdict_columns, open_table, summary_schema
 from .blocks import sum_counts
 from .dataset import BlockedRun, SampledRun
-from .datasets import datasets, field_of, values_of
+from .datasets import datasets, field_of, id_text, id_texts, values_of
 from .directory import ANSWER_FILES, RunDirectory
 from .merged import OrbitFiles, merge, summary_groups
 from .read import StoredRun

@@ -14,8 +14,9 @@ from ..language import phases, wording
 from ..language.errors import DirectoryError
 from ..language.wording import short_id
 from . import durable
-from .batch import HASH_LENGTH, ResultSchema, hash_in_name, id_text
+from .batch import HASH_LENGTH, ResultSchema, hash_in_name
 from .blocks import Block, numbers_of_blocks, read_mark, verify_block
+from .datasets import id_text
 from .directory import (
     ANSWER_FILE,
     ANSWER_FILES,

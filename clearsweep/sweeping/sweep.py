@@ -174,6 +174,8 @@ def _run_sweep(
                 record_entries["answers"] = store.write_search_table(directory, schema, name, search_result)
                 counts = conclude(case_runner, grid, requested, **record_entries)
                 del requested
+                directory.batches = []  # 9 bytes a case, which the answer needs
+                store.release_memory()
         if not division:
             store.commit_answer(directory, store.open(directory.path))
     return RunResult(
@@ -292,6 +294,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
     The case runner knows the directory, and computes the peak revolutions of the worst cases.
     """
     directory, ran = case_runner.directory, case_runner.ran
+    store.release_memory()
     rows = directory.rows()
     stored = len(rows)
     requested_ids = is_common(rows["id"], requested)

@@ -21,7 +21,7 @@ from ...language import phases
 from ...language.errors import InputError, error_line
 from .. import Options
 from . import executors, system
-from .driver import CHECK_INTERVAL, Batches, CaseProgress, CompilationProgress, Driver
+from .driver import CHECK_INTERVAL, Batches, CaseProgress, CaseTimes, CompilationProgress, Driver
 from .worker import SIMULATION, RunContext, Simulator, find_peak, prepare
 
 HERE_SECONDS = 2.0  # s of cases that this process runs at most
@@ -108,15 +108,14 @@ class CaseRunner:
         self.ran, self.case_seconds = 0, 0.0
         self.ready_time: float | None = None
         self.failed = 0
-        self.batches: Batches | None = None  # of the latest cases
+        self.times = CaseTimes()  # of the latest cases
         self.compiled_signatures: set[Hashable] = set()  # signatures of compiled scenes
-        self.attempted: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
+        self.retried: list[np.ndarray] = []  # identities of cases that have been tried again, which is done once
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.batches, self.attempted = None, []  # 32 bytes a case, which the answer needs
         self.close()
 
     def close(self) -> None:
@@ -133,14 +132,15 @@ class CaseRunner:
         """
         rows = self.directory.rows()
         pending = missing_indices(ids, requested, rows, retry_failed=self.options.retry_failed)
-        for candidates in self.attempted:
+        for candidates in self.retried:
             pending = pending[~is_common(ids[pending], candidates)]
         if not len(pending):
             return True
         is_complete = self.run_cases(
             grid, Pending(pending, ids[pending], earlier=finished_counts(rows, requested, ids[pending]))
         )
-        self.attempted.append(np.sort(ids[pending]))
+        if self.options.retry_failed:
+            self.retried.append(np.sort(ids[pending]))
         return is_complete
 
     def run_cases(self, grid: grids.Grid, pending: "Pending", allowed_failures: int | None = None) -> bool:
@@ -156,11 +156,10 @@ class CaseRunner:
         jobs = min(self.options.jobs or executors.cores(), count)
         driver = secrets.token_hex(8) if pending.read_finished_ids else ""
         context = RunContext(self.directory.path.resolve(), grid, self.simulator, self.options, driver)
-        batches = Batches(pending.indices, pending.ids, jobs, grids.first_case_history(grid), pending.read_finished_ids)
+        self.times = self.times if pending.has_similar_times else CaseTimes()
+        bytes_per_case = grids.first_case_history(grid)
+        batches = Batches(pending.indices, pending.ids, jobs, bytes_per_case, self.times, pending.read_finished_ids)
         batches.chains = chains
-        if pending.has_similar_times and self.batches:
-            batches.copy_times(self.batches)
-        self.batches = batches
         done, failed = pending.earlier
         display = CaseProgress(done + count, pending.title, done=done, failed=failed, later=pending.later)
         if allowed_failures is None:

@@ -46,7 +46,7 @@ class CaseProgress(phases.Phase):
         self.facts = {"run": self._counts()}
         self.first_cases: tuple[float, int] | None = None  # s and number, from which the mean rate counts
         #: Returns the number of finished cases in running batches, and the current cases of the workers.
-        self.read_progress: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
+        self.read_progress: Callable[[], tuple[int, Sequence[phases.Progress]]] = _nothing_at_work
         self._last_read: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
 
     def _counts(self) -> dict[str, int]:
@@ -108,6 +108,10 @@ class CaseProgress(phases.Phase):
         return "".join(f"; {store.case_text(case)}" for case in long_cases[:MAX_LISTED_CASES]) + omitted
 
 
+def _nothing_at_work() -> tuple[int, Sequence[phases.Progress]]:
+    return 0, ()
+
+
 class CompilationProgress(phases.Phase):
     """The phase in which workers compile or load the code of cases."""
 
@@ -143,6 +147,26 @@ DEATH_TIMEOUT = 2.0  # s for the pool to notice a dead worker itself
 MAX_RESTARTS = 3  # restarts of the pool without a finished batch in between
 
 
+class CaseTimes:
+    """The mean time of a case, from the times of batches."""
+
+    def __init__(self) -> None:
+        self.case_count, self.seconds = 0.0, 0.0  # of recent batches; older ones count less
+        self.largest_batch_size = 1
+
+    def add(self, outcome: BatchOutcome) -> None:
+        """Include the time of a finished batch; older batches count less: the first ones load code."""
+        if outcome.seconds:
+            self.case_count = OLD_BATCH_WEIGHT * self.case_count + outcome.finished_count
+            self.seconds = OLD_BATCH_WEIGHT * self.seconds + outcome.seconds
+            self.largest_batch_size = max(self.largest_batch_size, outcome.finished_count)
+
+    @property
+    def mean(self) -> float:
+        """Return the mean time (s), 0 before the first batch."""
+        return self.seconds / self.case_count if self.case_count else 0.0
+
+
 class Batches:
     """Pending cases, divided into batches of about TARGET_SECONDS; lost cases come first."""
 
@@ -152,10 +176,12 @@ class Batches:
         ids: np.ndarray,
         worker_count: int,
         bytes_per_case: float,
+        times: CaseTimes | None = None,
         read_finished_ids: Callable[[], np.ndarray] | None = None,
     ):
         """Prepare for the indices of the `pending` cases and their identities, uint64, both (cases,).
 
+        times : of cases that take about as long, to which those of these cases are added; default: unknown
         read_finished_ids : called at intervals; returns the identities (ascending) of cases that other drivers finished
         """
         self.pending = pending
@@ -165,23 +191,9 @@ class Batches:
         self.chains: np.ndarray | None = None  # number of the chain of each pending case, whose cases are together
         self.is_too_long: Callable[[float], bool] | None = None  # whether some s of work are left to other workers
         self.max_cases = max(1, min(MAX_BATCH_CASES, int(MAX_BATCH_BYTES / max(bytes_per_case, 1.0))))
-        self.handed_out_count, self.largest_batch_size = 0, 1
-        self.weighted_case_count, self.weighted_seconds = 0.0, 0.0  # of recent batches; older ones count less
+        self.handed_out_count, self.times = 0, times or CaseTimes()
         self.requeued: deque[Batch] = deque()
         self.last_removal_time = time.monotonic()
-
-    def copy_times(self, earlier: "Batches") -> None:
-        """Expect these cases to take as long as those of earlier batches."""
-        self.weighted_case_count = earlier.weighted_case_count
-        self.weighted_seconds = earlier.weighted_seconds
-        self.largest_batch_size = earlier.largest_batch_size
-
-    def update_time_estimate(self, outcome: BatchOutcome) -> None:
-        """Include the time of a finished batch in the estimate; older batches count less: the first ones load code."""
-        if outcome.seconds:
-            self.weighted_case_count = OLD_BATCH_WEIGHT * self.weighted_case_count + outcome.finished_count
-            self.weighted_seconds = OLD_BATCH_WEIGHT * self.weighted_seconds + outcome.seconds
-            self.largest_batch_size = max(self.largest_batch_size, outcome.finished_count)
 
     @property
     def is_empty(self) -> bool:
@@ -213,20 +225,19 @@ class Batches:
 
     def _remaining_seconds(self) -> float:
         """Return the expected time (s) of the cases that are not handed out yet, 0 before the first case."""
-        mean = self.weighted_seconds / self.weighted_case_count if self.weighted_case_count else 0.0
-        return mean * (len(self.pending) - self.handed_out_count)
+        return self.times.mean * (len(self.pending) - self.handed_out_count)
 
     def _size(self) -> int:
-        if not self.weighted_case_count:
+        if not self.times.case_count:
             return 1
-        mean = max(self.weighted_seconds / self.weighted_case_count, 1e-6)
+        mean = max(self.times.mean, 1e-6)
         even_size = (len(self.pending) - self.handed_out_count) / (2.0 * self.worker_count)
         even_size *= 2.0 if self.worker_count == 1 else 1.0  # nobody else waits for the last cases
         return max(
             1,
             min(
                 int(max(min(TARGET_SECONDS / mean, even_size), MIN_BATCH_SECONDS / mean)),
-                BATCH_GROWTH * self.largest_batch_size,
+                BATCH_GROWTH * self.times.largest_batch_size,
                 self.max_cases,
             ),
         )
@@ -258,7 +269,8 @@ class Driver:
 
     def run(self) -> bool:
         """Run all batches; return False if stopped because too many cases failed."""
-        with system.patience():
+        with system.patience(), contextlib.ExitStack() as at_end:
+            at_end.callback(setattr, self.progress, "read_progress", _nothing_at_work)  # and this driver can be freed
             while not system.requested():
                 if self.allowed_failures is not None and self.failed > self.allowed_failures:
                     self._drain()
@@ -333,7 +345,7 @@ class Driver:
             ):
                 raise _strange_answer(f"{outcome.committed} has other cases than the batch")
             self.restarts = 0
-        self.batches.update_time_estimate(outcome)
+        self.batches.times.add(outcome)
         self.ran += outcome.finished_count
         self.failed += outcome.failed_count
         self.case_seconds += outcome.seconds
