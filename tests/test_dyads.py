@@ -106,6 +106,20 @@ def parts(numbers):
     return [leaf for x in numbers for leaf in (parts([x.value, x.slope]) if isinstance(x, Dual) else [x])]
 
 
+@given(data=st.data(), exponent=st.floats(-15.0, -1.0), side=sides)
+def test_a_dyad_closes_to_rounding_next_to_its_dead_centres(data, exponent, side):
+    machine = data.draw(machines("RRR"))
+    first, second = (machine.bodies[name].points["a"][0] for name in ("link", "end"))
+    x, y = machine.bodies["ground"].points["foot"]
+    pin_x = x + side * math.sqrt(((first + second) * (1.0 - 10.0**exponent)) ** 2 - y**2)
+    value, state = built_of(machine, 0.0, pin_x - 0.05)
+    link, end = pose_at(value, state).orientations[1:]
+    gap = pin_x + first * link.c - x - second * end.c, first * link.s - y - second * end.s
+    assert gap == pytest.approx((0.0, 0.0), abs=1e-15)
+    for part in (link, end):
+        assert math.hypot(part.c, part.s) == pytest.approx(1.0, abs=2e-15)
+
+
 @given(data=st.data(), turns=st.floats(-3.0, 3.0))
 def test_a_loop_that_cannot_close_has_no_position(data, turns):
     value, y = built_of(data.draw(machines("RRR")), turns, 5.0)
