@@ -189,6 +189,7 @@ def _springs(name: str, body: Body, elastic: Elastic) -> list[Stretch]:
 
 NEAR_SINGULAR = 1e-7  # least singular value over the largest: a change point, where no choice is better
 EXAMINED_ANGLES = 36  # crank angles that are examined
+EXAMINED_SIDES = 12  # crank angles at which the sides of dyads are
 
 
 def choose_dependent(
@@ -365,7 +366,7 @@ def _sides(ideal_machine: IdealMachine, form: planar_form.Planar, coordinates: l
     stations, values = np.flatnonzero(ideal_machine.stations.is_closed[:-1]), [column[0] for column in coordinates]
     if not machine_type(form).free:
         values = [ideal_machine.revolution.angles, *values]
-    examined = stations[:: max(len(stations) // EXAMINED_ANGLES, 1)].tolist()
+    examined = stations[:: max(len(stations) // EXAMINED_SIDES, 1)].tolist()
     positions = [tuple(float(value[k]) for value in values) for k in examined]
     sines = [[cross / math.sqrt(square) for cross, square in assembly_of(form, position)] for position in positions]
     sides = np.sign(sines[0])
