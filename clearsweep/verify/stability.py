@@ -316,8 +316,7 @@ def _largest_curvature(trajectory: Trajectory, joint_layout: JointLayout, cleara
 def penetration_bound(elastic: Any, energy: float, load: float) -> float:
     """Return the bound (m) of a penetration under an energy (J) and a load (N)."""
     if type(elastic) in POWERS:
-        default = 1.0 if type(elastic).__name__ == "Linear" else 1.5
-        stiffness, exponent = elastic.stiffness, getattr(elastic, "exponent", default)
+        stiffness, exponent = elastic.stiffness, elastic.exponent
         depth = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
         return float(depth + ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent))
     low, high = 0.0, 1e-9

@@ -101,7 +101,7 @@ def compile_mesh(joint: Joint, gear: Gearing | Stops) -> mesh.Mesh:
         middle=0.0,
         law=law,
         elastic=elastic,
-        friction=_compile_contact_friction(joint),
+        friction=as_contact_friction(compile_friction(joint)),
         teeth=teeth,
         stiffness=mesh.stiffness_of(joint.mesh_stiffness, joint.name),
         wear=compile_wear(joint),
@@ -116,27 +116,27 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
     side = 1.0 if joint.journal in (None, distal) else -1.0
     radius = joint.bearing_radius or 2.0 * joint.clearance  # unused if a grid need not give it
     if joint.film and not joint.is_dry:
+        film, shear = compile_film(joint)
         return lubricated.Film(
             clearance=joint.clearance,
             bearing_radius=radius,
             journal_radius=radius - joint.clearance,
             side=side,
-            film=compile_film(joint)[0],
-            shear=compile_film(joint)[1],
+            film=film,
+            shear=shear,
             limit=joint.film.limit,
             wear=NoWear(),
             corners=lubricated.corners_of(joint.clearance, joint.film.limit),
         )
     law, elastic = compile_contact(joint)
+    friction = as_contact_friction(compile_friction(joint))  # of a planar contact, whose sliding speed has a sign
     if joint.rolling:
         return _compile_rolling(joint, joint.rolling, side, (law, elastic))
     if joint.is_guide:
-        return guide.Guide(
-            joint.clearance, 1.0, joint.length, joint.height, law, elastic, _compile_contact_friction(joint)
-        )
+        return guide.Guide(joint.clearance, 1.0, joint.length, joint.height, law, elastic, friction)
     if joint.slot_length is not None:
         half_slot, mean_radius = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
-        later_fields = law, elastic, _compile_contact_friction(joint), mean_radius, compile_wear(joint)
+        later_fields = law, elastic, friction, mean_radius, compile_wear(joint)
         unworn_slot = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *later_fields)
         return (
             slot.WornSlot(*unworn_slot, *slot.slot_shapes(unworn_slot, *_depths(joint, earlier_wear))[:2])
@@ -152,7 +152,7 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
         side=side,
         law=law,
         elastic=elastic,
-        friction=_compile_contact_friction(joint),
+        friction=friction,
         wear=compile_wear(joint),
     )
     if joint.profile:
@@ -420,7 +420,7 @@ def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     values = recipe_of("law", joint.contact.law, joint).derived(joint) if joint.is_dry else {}
     if joint.rolling:
         elastic = elastic_of_elements(joint)
-        values = derived_stiffness(elastic.stiffness, getattr(elastic, "exponent", 1.5)) | values
+        values = derived_stiffness(elastic.stiffness, elastic.exponent) | values
         for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
             values[f"clearance (of the rings, {kind})"] = factor * joint.clearance, "m"
     if elastic_law:
@@ -465,14 +465,6 @@ def _chosen_laws(case: Case) -> Iterator[tuple[str, str, str | None, Any]]:
 def compile_friction(joint: Joint):
     """Return the compiled form of the friction of a joint."""
     return compile_law("friction", joint.friction.law, joint) if joint.friction else Frictionless()
-
-
-def _compile_contact_friction(joint: Joint):
-    """Return the compiled friction for a planar contact, whose sliding speed has a sign.
-
-    It stores the piece that applies.
-    """
-    return as_contact_friction(compile_friction(joint))
 
 
 def compile_wear(joint: Joint):

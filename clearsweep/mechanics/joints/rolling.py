@@ -288,8 +288,7 @@ def element_approaches(joint: Rolling, x: Any, y: Any, angle: Any) -> np.ndarray
 def element_loads(joint: Rolling, x: Any, y: Any, angle: Any) -> np.ndarray:
     """Return the elastic force (..., Z) N of each element; arguments as in `element_approaches`."""
     elastic: Any = joint.elastic  # mypy takes it for a tuple of anything
-    exponent = 1.5 if isinstance(elastic, PowerThreeHalves) else elastic.exponent
-    loads: np.ndarray = elastic.stiffness * np.maximum(element_approaches(joint, x, y, angle), 0.0) ** exponent
+    loads: np.ndarray = elastic.stiffness * np.maximum(element_approaches(joint, x, y, angle), 0.0) ** elastic.exponent
     return loads
 
 
@@ -304,7 +303,7 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
     size = float(np.hypot(*force))
     unit = np.stack(directions_at(joint, angle), axis=-1)  # (Z, 2)
     elastic: Any = joint.elastic
-    exponent = 1.5 if isinstance(elastic, PowerThreeHalves) else elastic.exponent
+    exponent = elastic.exponent
 
     def energy(position: np.ndarray) -> float:
         approaches = np.maximum(unit @ position - joint.radial_clearance, 0.0)

@@ -16,7 +16,6 @@ from .friction import (
     friction_force,
     settled_state,
     stribeck_coefficient,
-    zero_slip_kink,
 )
 
 SLIDING = COEFFICIENT._replace(low_open=True)
@@ -48,8 +47,7 @@ class Dahl(NamedTuple):
 friction_force.member(Dahl)(lambda friction, normal, slip: -normal * friction.bristle_stiffness * friction.bend)
 settled_state.member(Dahl)(lambda friction, slip: (friction.coefficient * sign_of(slip) / friction.bristle_stiffness,))
 contract.internal_state.member(Dahl)(_bristle_state)
-contract.kinks.member(Dahl)(zero_slip_kink)
-contract.register_kinks(Dahl, contract.slip_variable)
+contract.register_kinks(Dahl, contract.slip_variable, contract.zero_kink)
 
 
 @contract.internal_rates.member(Dahl)
@@ -122,8 +120,7 @@ def _settled_state_damped(friction, slip):
 
 
 contract.internal_state.member(LuGre)(_bristle_state)
-contract.kinks.member(LuGre)(zero_slip_kink)
-contract.register_kinks(LuGre, contract.slip_variable)
+contract.register_kinks(LuGre, contract.slip_variable, contract.zero_kink)
 
 
 @contract.internal_rates.member(LuGre)

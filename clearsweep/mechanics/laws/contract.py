@@ -244,12 +244,13 @@ def _latched_piece(law, event, contact, root):
     return (_next_piece(kinks(law), law.piece, event),)
 
 
-def register_pieces(law_type, variable):
-    """Register a type of law whose contacts end steps at its kinks over a `variable`, see `kink_variable`.
+def register_pieces(law_type, variable, kink_values):
+    """Register a type of law whose contacts end steps at its kinks over a `variable`; see `kink_variable`, `kinks`.
 
     The last field of the type is its `piece`, UNKNOWN at first.
     """
     kink_variable.member(law_type)(variable)
+    kinks.member(law_type)(kink_values)
     guards.member(law_type)(guards_of_pieces)
     guard_values.member(law_type)(_guard_values_of_pieces)
     latched.member(law_type)(_latched_piece)
@@ -278,14 +279,20 @@ def _guard_values_of_kinks(law, start, contact, root):
     return distances_past_kinks(kinks(law), start_value, kink_variable(law, contact, root))
 
 
-def register_kinks(law_type, variable):
+def register_kinks(law_type, variable, kink_values):
     """Register a type of law whose contacts end steps at its kinks, without a stored number of the piece.
 
     This is for laws with another state, or whose formula covers all pieces; the `variable` may not depend on the root.
     """
     kink_variable.member(law_type)(variable)
+    kinks.member(law_type)(kink_values)
     guards.member(law_type)(lambda law: (Guard(TOUCHING), Guard(TOUCHING)))
     guard_values.member(law_type)(_guard_values_of_kinks)
+
+
+def zero_kink(law):
+    """Return the kink, at 0, of a law that has one there."""
+    return (0.0,)
 
 
 def slip_variable(law, contact, root):

@@ -10,7 +10,7 @@ radii of bearing and journal.
 
 import functools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -179,6 +179,7 @@ class PowerThreeHalves(NamedTuple):
     """F = K pen^(3/2), Hertz's exponent: a square root instead of a general power."""
 
     stiffness: float  # N m^-1.5
+    exponent = 1.5
 
 
 @register_elastic_force(PowerThreeHalves, is_odd=True)
@@ -198,6 +199,7 @@ class Linear(NamedTuple):
     """F = K pen."""
 
     stiffness: float  # N/m
+    exponent = 1.0
 
 
 @register_elastic_force(Linear, is_odd=False)
@@ -282,6 +284,7 @@ register(
 # ---------------------------------------------------------------------------------------------- conformal contact
 
 
+_CONFORMAL: dict[str, Any] = {"contact": "line", "needs": CYLINDER_NEEDS, "trusted": (WIDE_ARC,)}  # of all laws here
 _ARC = "The contact arc is that of rigid circles, cos theta = c / (c + pen)."
 
 
@@ -307,9 +310,7 @@ register(
     "after Liu, Zhang & Yang 2007, Mech. Mach. Theory 42:183",
     types=(Liu,),
     make=_make_liu,
-    contact="line",
-    needs=CYLINDER_NEEDS,
-    trusted=(WIDE_ARC,),
+    **_CONFORMAL,
     notes=f"{_ARC}  Softer than the laws of line contact by an order of magnitude at small penetration.",
 )
 
@@ -320,9 +321,7 @@ register(
     "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; the integral of their K_n",
     types=(Liu,),
     make=_make_liu,
-    contact="line",
-    needs=CYLINDER_NEEDS,
-    trusted=(WIDE_ARC,),
+    **_CONFORMAL,
     notes="Their K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3) is exactly dF/dpen of liu per length, a "
     "tangent stiffness, and this law uses it as such.  With contact.law zhiying-qishao it is their hybrid model.",
 )
@@ -457,20 +456,14 @@ def half_angle_at_load(load: np.ndarray) -> np.ndarray:
     return 2.0 * portable.atan(np.sqrt(0.5 * (low + high)))
 
 
-def _make_persson(joint):
-    return Conformal(2.0 * calculus.pi * line_modulus(joint) * joint.clearance, joint.clearance)
-
-
 register(
     "elastic persson: conformal contact over any arc up to its limiting angle",
     "F_elastic = 2 pi E* c L b^2 (b^2 + 1) / (2 - ln(b^2 + 1) - 2 b^4), b = tan(theta / 2), cos theta = c / (c + pen)",
     "after Persson 1964 (thesis, Chalmers) and Ciavarella & Decuzzi 2001, Int. J. Solids Struct. 38:4507, like "
     "materials; the scale from Hertz's limit, the arc over penetration an assumption made here",
     types=(Conformal,),
-    make=_make_persson,
-    contact="line",
-    needs=CYLINDER_NEEDS,
-    trusted=(WIDE_ARC,),
+    make=lambda joint: Conformal(2.0 * calculus.pi * line_modulus(joint) * joint.clearance, joint.clearance),
+    **_CONFORMAL,
     notes=f"The load over the half-angle theta is that of the theory, which has no penetration.  {_ARC}  It makes "
     "the force linear at small penetration, (pi/2) E* L pen: 4.4 times johnson's at 1 um and 0.5 mm clearance.  "
     "Elastic bodies touch over a smaller arc than rigid ones; compatible models this.  The half-angle cannot "
@@ -513,9 +506,7 @@ register(
     "Mech. Eng. 9(2); the coefficients are fitted here, not the paper's",
     types=(Power,),
     make=_make_fit,
-    contact="line",
-    needs=CYLINDER_NEEDS,
-    trusted=(WIDE_ARC,),
+    **_CONFORMAL,
     notes="Has the rigid contact arc of persson, and is therefore 4.4 times as stiff as johnson at 1 um and 0.5 mm "
     "clearance; compatible-fit is fitted to an elastic arc.  Continues as a power law beyond c / 2.  contact.law "
     "exact gives the loss that energy conservation requires.",

@@ -124,15 +124,7 @@ def _friction_force_piecewise_friction(friction, normal, slip):
     return force_in_piece(law, contract.current_piece(friction.piece, contract.kinks(law), slip), normal, slip)
 
 
-contract.kinks.member(PiecewiseFriction)(lambda friction: contract.kinks(friction.law))
-
-
-contract.register_pieces(PiecewiseFriction, contract.slip_variable)
-
-
-def zero_slip_kink(friction):
-    """Return the kink, at zero speed, of a law that has one there."""
-    return (0.0,)
+contract.register_pieces(PiecewiseFriction, contract.slip_variable, lambda friction: contract.kinks(friction.law))
 
 
 def register_force_in_piece(law_type, kink_speeds):
@@ -353,10 +345,9 @@ def stribeck_coefficient(friction, slip):
     return friction.coefficient + (friction.static_coefficient - friction.coefficient) * decay
 
 
-contract.register_kinks(Stribeck, contract.slip_variable)
-
-
-contract.kinks.member(Stribeck)(lambda friction: (where(friction.shape == 2.0, math.inf, 0.0),))
+contract.register_kinks(
+    Stribeck, contract.slip_variable, lambda friction: (where(friction.shape == 2.0, math.inf, 0.0),)
+)
 
 
 @friction_force.member(Stribeck)

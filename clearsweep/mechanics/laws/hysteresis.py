@@ -11,7 +11,7 @@ from ...contracts.catalogue import Field, Merit, ranged
 from ...tracing.compiled import calculus as math
 from . import loss
 from .bearings import elastic_of_elements
-from .contract import UNKNOWN, compile_law, kinks, rate_variable, register, register_pieces
+from .contract import UNKNOWN, compile_law, rate_variable, register, register_pieces, zero_kink
 from .elastic import elastic_force
 
 
@@ -295,8 +295,7 @@ class ApproachHysteresis(NamedTuple):
     piece: float = UNKNOWN
 
 
-register_pieces(ApproachHysteresis, rate_variable)
-kinks.member(ApproachHysteresis)(loss.zero_rate_kink)
+register_pieces(ApproachHysteresis, rate_variable, zero_kink)
 
 
 @loss.register_contact_force(ApproachHysteresis, pulls=False, times_elastic=True)

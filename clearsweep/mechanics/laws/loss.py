@@ -101,11 +101,6 @@ def register_contact_force(law_type, *, pulls: bool, times_elastic: bool):
     return register
 
 
-def zero_rate_kink(law):
-    """Return the kink, over the rate, of a law that is damped only during approach."""
-    return (0.0,)
-
-
 @kernel
 def approach_rate(piece, rate):
     """Return the rate (m/s) during approach, or 0 during rebound, by the piece of such a law."""

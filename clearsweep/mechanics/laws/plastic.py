@@ -273,8 +273,7 @@ class ApproachRootDamper(NamedTuple):
     piece: float = contract.UNKNOWN
 
 
-contract.register_pieces(ApproachRootDamper, contract.rate_variable)
-contract.kinks.member(ApproachRootDamper)(loss.zero_rate_kink)
+contract.register_pieces(ApproachRootDamper, contract.rate_variable, contract.zero_kink)
 
 
 @loss.register_contact_force(ApproachRootDamper, pulls=False, times_elastic=False)
@@ -419,10 +418,7 @@ class SteppedDamper(NamedTuple):
     piece: float = contract.UNKNOWN
 
 
-contract.register_pieces(SteppedDamper, contract.penetration_variable)
-
-
-contract.kinks.member(SteppedDamper)(lambda law: (law.depth,))
+contract.register_pieces(SteppedDamper, contract.penetration_variable, lambda law: (law.depth,))
 
 
 @loss.register_contact_force(SteppedDamper, pulls=False, times_elastic=False)

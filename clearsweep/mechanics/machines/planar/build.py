@@ -36,7 +36,7 @@ from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, exte
 from .drives import Steady, compile_drive, drive_motion
 from .dyads import assembly_of
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
-from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
+from .load_forms import SpringLoad, compile_load, discontinuity_times_of
 from .loops import loop_jacobian
 from .pose import pose_of
 from .stations import geometry_of, initial_coordinate
@@ -449,14 +449,24 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> planar_f
     """Return the compiled form with open joints of these names, without dependent coordinates."""
     numbers = {name: planar_form.as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
     compiled_joints, names = [], [joint.name for joint in machine.joints]
+
+    def locate_point(endpoint: BodyPoint) -> tuple:
+        return numbers[endpoint.body], _compile_point(machine, endpoint)
+
+    def joint_number(name: str) -> tuple:
+        return planar_form.as_empty_tuples(names.index(name))
+
     for joint in machine.joints:
         site: tuple = Open() if joint.name in open_joints else Closed()
         bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_compile_point(machine, joint.proximal), _compile_point(machine, joint.distal))
-        if isinstance(joint, Stops):
-            compiled_joints.append(_compile_stops(joint, site, bodies, points, names))
+        if isinstance(joint, Stops) and joint.guide:
+            compiled_joints.append(planar_form.Travel(site, *bodies, *points, joint_number(joint.guide)))
+        elif isinstance(joint, Stops):  # as a gear: the angle of the distal body minus the other one
+            sizes = -1.0, 1.0, 0.0, 0.0, 0.0
+            compiled_joints.append(planar_form.Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), *sizes))
         elif isinstance(joint, Mesh):
-            pins = tuple(planar_form.as_empty_tuples(names.index(pin)) for pin in joint.pins)
+            pins = tuple(map(joint_number, joint.pins))
             axis = planar_form.compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
             eccentric = tuple(itertools.starmap(planar_form.compile_point, joint.eccentricities))
             sizes = joint.ratio, joint.arm, joint.across, joint.apart, joint.rest
@@ -478,23 +488,10 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> planar_f
         crank=numbers[crank],
         drive=compile_drive(machine.drive),
         gravity=machine.gravity,
-        loads=compile_loads(
-            machine.loads,
-            lambda endpoint: (numbers[endpoint.body], _compile_point(machine, endpoint)),
-            lambda name: planar_form.as_empty_tuples(names.index(name)),
-        ),
+        loads=tuple(compile_load(load, locate_point, joint_number) for load in machine.loads),
         aim=_compile_aim(machine, machine.aim, numbers),
         cycle=(),
     )
-
-
-def _compile_stops(
-    stops: Stops, site: tuple, bodies: tuple, points: tuple, names: list[str]
-) -> planar_form.Gear | planar_form.Travel:
-    """Return the stops of a guide, or those of a pin as a gear: the angle of the distal body minus the other one."""
-    if stops.guide:
-        return planar_form.Travel(site, *bodies, *points, planar_form.as_empty_tuples(names.index(stops.guide)))
-    return planar_form.Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def _moving_names(machine: Machine) -> list[str]:

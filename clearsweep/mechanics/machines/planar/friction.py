@@ -77,7 +77,9 @@ class FrictionDynamics(Dynamics):
         sizes = []
         for friction_load in friction_loads:
             j = friction_load.joint
-            reaction = loop_reactions[j] if j in loop_reactions else self._tree_reaction(j, force)
+            reaction = loop_reactions.get(j)
+            if reaction is None:  # of a joint of the tree, which carries its subtree
+                reaction = vector_sum([force[body] for body in self.paths if self._in_subtree(body, j)])
             if friction_load.is_given:
                 sizes.append(ZERO)
             elif self.machine.sites[j].link.slides:
@@ -148,10 +150,6 @@ class FrictionDynamics(Dynamics):
                 reactions[j] = PlaneVector(multipliers[row], multipliers[row + 1])
                 row += 2
         return reactions
-
-    def _tree_reaction(self, joint: int, force: dict[int, PlaneVector]) -> PlaneVector:
-        """Return the force that a tree joint transmits to its subtree."""
-        return vector_sum([force[body] for body in self.paths if self._in_subtree(body, joint)])
 
     def _in_subtree(self, body: int, joint: int) -> bool:
         """Return whether the path from the ground to a body passes a joint of the tree."""

@@ -3,13 +3,13 @@
 import itertools
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .... import laws as recorded
 from ....contracts.catalogue import Law
-from ....contracts.machine import Braking, OwnPush, Push, Rubbing, Spring, TabledPush, TorsionSpring
+from ....contracts.machine import BodyPoint, Braking, OwnPush, Push, Rubbing, Spring, TabledPush, TorsionSpring
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, load_items, row_of
@@ -216,31 +216,30 @@ def evaluate_table(table: Table, argument: np.ndarray) -> np.ndarray:
     ) * remaining + coefficients[..., 3]
 
 
-def compile_loads(loads: tuple, locate_point: Callable, joint_number: Callable) -> tuple:
-    """Return the compiled forms of loads.
+COMPILED = {  # record of a load -> its compiled form, whose fields follow in the same order
+    Push: PushLoad,
+    OwnPush: OwnLoad,
+    Spring: SpringLoad,
+    TorsionSpring: TorsionLoad,
+    Rubbing: JointFriction,
+    Braking: GivenFriction,
+}
 
-    locate_point : At -> number of the body and compiled point; joint_number : name of a joint -> its number.
+
+def compile_load(load: Any, locate_point: Callable, joint_number: Callable) -> tuple:
+    """Return the compiled form of a load.
+
+    locate_point : BodyPoint -> number of the body and compiled point; joint_number : name of a joint -> its number.
     """
-    compiled_loads: list = []
-    for load in loads:
-        if isinstance(load, Push):
-            compiled_loads.append(PushLoad(*locate_point(load.at), load.fx, load.fy, load.torque))
-        elif isinstance(load, TabledPush):
-            table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
-            compiled_loads.append(table_type(*locate_point(load.at), compile_table(load)))
-        elif isinstance(load, OwnPush):
-            compiled_loads.append(OwnLoad(*locate_point(load.at), load.law))
-        elif isinstance(load, Spring):
-            endpoints = (*locate_point(load.first), *locate_point(load.second))
-            compiled_loads.append(SpringLoad(*endpoints, load.stiffness, load.free_length, load.damping))
-        elif isinstance(load, TorsionSpring):
-            endpoints = (*locate_point(load.first), *locate_point(load.second))
-            compiled_loads.append(TorsionLoad(*endpoints, load.stiffness, load.free_angle, load.damping))
-        elif isinstance(load, Rubbing):
-            compiled_loads.append(JointFriction(joint_number(load.joint), load.friction, load.radius))
-        elif isinstance(load, Braking):
-            compiled_loads.append(GivenFriction(joint_number(load.joint), load.friction, load.radius, load.normal))
-    return tuple(compiled_loads)
+    if isinstance(load, TabledPush):
+        table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
+        return table_type(*locate_point(load.at), compile_table(load))
+    parts: list = []
+    for name, value in zip(load._fields[1:], load[1:], strict=True):
+        located = [joint_number(value)] if name == "joint" else [value]
+        parts += locate_point(value) if isinstance(value, BodyPoint) else located
+    compiled: tuple = COMPILED[type(load)](*parts)
+    return compiled
 
 
 def discontinuity_times_of(load: Push | TabledPush | Spring | TorsionSpring) -> list[float]:
