@@ -190,10 +190,8 @@ def _geometry_of(context, first_end, second_end):
 
 @inlined
 def _depth_at_end(end_state):
-    """Return the depth (m) at an end that the slices see: that of the root if it touches, else at most 0."""
-    if touches(end_state.mode):
-        return end_state.root * end_state.root
-    return min(end_state.point.depth, 0.0)
+    """Return the depth (m) at an end that the slices see: that of the root if it touches, else above 0 past its onset."""
+    return end_state.root * end_state.root if touches(end_state.mode) else end_state.point.depth
 
 
 # ---------------------------------------------------------------------------------------------- load
@@ -235,17 +233,24 @@ class _Spans(NamedTuple):
 
 
 @inlined
-def _spans_of(division, end, end_root, end_distance):
-    """Return the _Spans of the strip at one of the ENDS; end_root : m^0.5; end_distance : m, of the axes there."""
+def _spans_of(division, end, end_state, end_distance):
+    """Return the _Spans of the strip of an EndState at one of the ENDS; end_distance : m, of the axes there.
+
+    A trial step past the onset of an end continues: the span that reaches the middle grows beyond the end.
+    """
     lifted, zero = division.lifted, as_type_of(0.0, division.root)
     near, far = (lifted.end, lifted.begin) if end > 0.0 else (-lifted.begin, -lifted.end)
-    near, far = min(max(near, 0.0), 1.0), min(max(far, 0.0), 1.0)
+    near, far = min(max(near, 0.0), 1.0), max(far, 0.0)
     near_root = far_root = division.root
     near_distance = far_distance = division.distance
+    end_root, depth = end_state.root, end_state.point.depth
+    if not touches(end_state.mode):
+        end_root = math.sqrt(depth) if depth > 0.0 else zero
+        near = zero + 1.0 if lifted.is_lifted else near
+    elif far >= 1.0:
+        far, far_root, far_distance = zero + 1.0, end_root, end_distance
     if near == 0.0:
         near_root, near_distance = division.middle_root, division.middle_distance
-    if far == 1.0:
-        far_root, far_distance = end_root, end_distance
     outer = strips.Span(zero + end, end * near, end_root, near_root, end_distance, near_distance)
     inner = strips.Span(end * far, zero, far_root, division.middle_root, far_distance, division.middle_distance)
     if near < 1.0:
@@ -437,9 +442,9 @@ def spread_walls(context):
         return _unloaded_contact(first_end, zero), _unloaded_contact(second_end, zero)
     walls, geometry = (first_end, second_end), _geometry_of(context, first_end, second_end)
     division = _division_of(geometry, first_end, second_end)
-    spans = _spans_of(division, 1.0, first_end.root, geometry.first_distance)
+    spans = _spans_of(division, 1.0, first_end, geometry.first_distance)
     load = _strip_force(context, geometry, spans, first_end, second_end)
-    other_spans = _spans_of(division, -1.0, second_end.root, geometry.second_distance)
+    other_spans = _spans_of(division, -1.0, second_end, geometry.second_distance)
     other_load = _strip_force(context, geometry, other_spans, second_end, first_end)
     inward, other_inward = load.total.force - load.total.outward, other_load.total.force - other_load.total.outward
     end_force = load.total.force - 0.5 * inward + 0.5 * other_inward
