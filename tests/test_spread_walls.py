@@ -465,7 +465,8 @@ def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation(
 def load_fraction(joint, strip, depth, interval):
     """Return the load fraction of an interval of a strip."""
     total = strips.integrals_of(joint.walls, joint, strip, depth)[0]
-    return strips.load_integral(joint.walls, joint, strip, depth, interval) / total
+    depths = [strips.depth_along(joint.walls, joint, strip, depth, z) for z in interval]
+    return strips.load_integral(joint.walls, joint, interval[1] - interval[0], depths) / total
 
 
 def test_wear_follows_the_elastic_force_over_the_strip():

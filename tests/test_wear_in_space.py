@@ -84,7 +84,8 @@ def test_the_load_follows_the_depth_along_the_strip():
 
     def fraction(strip, depth, low, high):
         total = strips.integrals_of(joint.walls, joint, strip, depth)[0]
-        return strips.load_integral(joint.walls, joint, strip, depth, (low, high)) / total
+        depths = [strips.depth_along(joint.walls, joint, strip, depth, z) for z in (low, high)]
+        return strips.load_integral(joint.walls, joint, high - low, depths) / total
 
     even = strips.DepthProfile(0.01, 0.0, 0.0)
     assert pressed(even, 1e-5) == whole

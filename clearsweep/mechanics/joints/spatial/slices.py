@@ -82,6 +82,10 @@ class Slice(NamedTuple):
     loaded_length: float  # m, length that carries load
     depth: float  # mean depth over that length, divided by the strip's largest depth: 0 to 1
     begin: float  # m, from its near end to the part that carries load
+    loaded_work: float = 0.0  # fraction of the weights at the times when its length is above 0
+
+
+LOADED_WORK = Slice._fields.index("loaded_work")
 
 
 class StripHistory(NamedTuple):
@@ -98,41 +102,6 @@ def _strip_at(joint, history, i):
     values = history.values
     strip = strips.DepthProfile(values.reach[i], values.lean[i], values.tilt_square[i])
     return strip, strips.depth_at_start(joint.walls, history.step_values[DEPTH_ROW, i])
-
-
-@kernel
-def slice_of(joint, history, low, high):
-    """Return the Slice between two distances (m) along the strip of a contact; beyond its reach there is no load.
-
-    Its depth is relative to the strip's largest one; the depth at the strip's begin is 0 at every onset and separation
-    of an end.  Force and depth are two polynomials over the step: of a strip that is about to touch, the force may be
-    above 0 where the whole depth is not, and its depth is even.
-    """
-    step_values, work_sum, weight_sum = history.step_values, 0.0, 0.0
-    load_fraction_sum = length_sum = depth_sum = begin_sum = 0.0
-    for i in rolled_range(PARTS + 1):
-        weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
-        weight *= max(step_values[KAPPA_ROW, i] * step_values[FORCE_ROW, i] * abs(step_values[SLIP_ROW, i]), 0.0)
-        if weight <= 0.0:
-            continue
-        strip, start_depth = _strip_at(joint, history, i)
-        largest_depth, total = history.values.max_depth[i], history.values.load_integral[i]
-        interval = min(low, strip.reach), min(high, strip.reach)
-        fraction = 1.0 if low <= 0.0 else 0.0  # of a point, which has its load at its start
-        if total > 0.0:
-            fraction = strips.load_integral(joint.walls, joint, strip, start_depth, interval) / total
-        loaded_start, loaded_end = strips.pressed_part(joint.walls, joint, strip, start_depth, interval)
-        load_fraction_sum += weight * fraction
-        work_sum += weight
-        if loaded_end > loaded_start:
-            length_sum += weight * fraction * (loaded_end - loaded_start)
-            begin_sum += weight * fraction * (loaded_start - low)
-            mean_depth = strips.depth_along(joint.walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
-            depth_sum += weight * fraction * mean_depth / largest_depth if largest_depth > 0.0 else weight * fraction
-            weight_sum += weight * fraction
-    if weight_sum <= 0.0:
-        return Slice(0.0, 0.0, 0.0, 0.0)
-    return Slice(load_fraction_sum / work_sum, length_sum / weight_sum, depth_sum / weight_sum, begin_sum / weight_sum)
 
 
 @kernel
@@ -276,31 +245,72 @@ def fit_depth(history, workspace, factor):
 @kernel
 def write_slices(joint, history, step):
     """Write the Slices of a strip to `step.wear_buffer`, after the bins; return the largest load per length (1/m)."""
-    slice_count = int(joint.wear_rows)
-    slices_offset, slice_length = 2 * step.wear_buffer.size // 3, 2.0 * history.reach / slice_count
-    max_line_load = fraction_sum = 0.0
-    for k in range((slice_count + 1) // 2):
-        low = k * slice_length
-        strip_slice = slice_of(joint, history, low, min(low + slice_length, history.reach))
-        fraction_sum += strip_slice.load_fraction
-        if strip_slice.load_fraction > 0.0:
-            max_line_load = max(max_line_load, strip_slice.load_fraction / strip_slice.loaded_length)
-        offset = slices_offset + k * len(strip_slice)
-        for i in range(len(strip_slice)):
-            step.wear_buffer[offset + i] = strip_slice[i]
+    buffer, first, width = step.wear_buffer, 2 * step.wear_buffer.size // 3, len(Slice._fields)
+    count = (int(joint.wear_rows) + 1) // 2
+    for k in rolled_range(first, first + count * width):
+        buffer[k] = 0.0
+    work = max_line_load = fraction_sum = 0.0
+    for i in rolled_range(PARTS + 1):
+        values, weight = history.step_values, 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
+        weight *= max(values[KAPPA_ROW, i] * values[FORCE_ROW, i] * abs(values[SLIP_ROW, i]), 0.0)
+        if weight > 0.0:
+            work += weight
+            add_slices(joint, history, i, buffer, weight)
+    for k in rolled_range(first, first + count * width, width):
+        if buffer[k + LOADED_WORK] > 0.0:
+            inverse = 1.0 / buffer[k + LOADED_WORK]
+            for i in range(1, LOADED_WORK):
+                buffer[k + i] *= inverse
+            buffer[k] /= work
+            max_line_load = max(max_line_load, buffer[k] / buffer[k + 1])
+        else:
+            buffer[k] = 0.0
+        fraction_sum += buffer[k]
     fraction_sum = strips.sum_of_fractions(joint.walls, fraction_sum)
     if fraction_sum > 0.0:
         max_line_load = max_line_load / fraction_sum
-        for k in range((slice_count + 1) // 2):
-            step.wear_buffer[slices_offset + 4 * k] /= fraction_sum
+        for k in rolled_range(first, first + count * width, width):
+            buffer[k] /= fraction_sum
     return max_line_load
+
+
+@kernel
+def add_slices(joint, history, i, buffer, weight):
+    """Add the fields of all slices of a strip at equidistant time number `i`, times a weight, to those in `buffer`.
+
+    Depths are relative to the strip's largest one; the depth at the strip's begin is 0 at every onset and separation of
+    an end.  Force and depth are two polynomials over the step: of a strip that is about to touch, the force may be
+    above 0 where the whole depth is not, and its depth is even.
+    """
+    walls, slice_length = joint.walls, 2.0 * history.reach / int(joint.wear_rows)
+    strip, start_depth = _strip_at(joint, history, i)
+    largest_depth, total = history.values.max_depth[i], history.values.load_integral[i]
+    depth_factor = 1.0 / largest_depth if largest_depth > 0.0 else 0.0
+    per_total = 1.0 / total if total > 0.0 else 0.0
+    near, near_depth, row = 0.0, start_depth, 2 * buffer.size // 3
+    for k in rolled_range((int(joint.wear_rows) + 1) // 2):
+        begin, far = k * slice_length, min((k + 1) * slice_length, strip.reach)
+        far_depth = strips.depth_along(walls, joint, strip, start_depth, far)
+        load = weight if total <= 0.0 and k == 0 else 0.0  # of a point, which has its load at its start
+        if total > 0.0 and max(near_depth, far_depth) > 0.0:
+            load = weight * per_total * strips.load_integral(walls, joint, far - near, (near_depth, far_depth))
+        if load > 0.0:
+            buffer[row] += load
+            loaded_start, loaded_end = strips.pressed_part(walls, joint, strip, start_depth, (near, far))
+            if loaded_end > loaded_start:
+                depth = strips.depth_along(walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
+                buffer[row + 1] += load * (loaded_end - loaded_start)
+                buffer[row + 2] += load * (depth * depth_factor if largest_depth > 0.0 else 1.0)
+                buffer[row + 3] += load * (loaded_start - begin)
+                buffer[row + LOADED_WORK] += load
+        near, near_depth, row = far, far_depth, row + len(Slice._fields)
 
 
 @kernel
 def slice_at(step, k):
     """Return Slice `k` of the written ones."""
-    offset = 2 * step.wear_buffer.size // 3 + 4 * k
-    return Slice(*[step.wear_buffer[offset + i] for i in range(4)])
+    offset = 2 * step.wear_buffer.size // 3 + len(Slice._fields) * k
+    return Slice(*[step.wear_buffer[offset + i] for i in range(len(Slice._fields))])
 
 
 class SliceGroup(NamedTuple):

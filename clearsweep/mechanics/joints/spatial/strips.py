@@ -35,7 +35,7 @@ from typing import NamedTuple
 from ....tracing.compiled import calculus as math
 from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.dual import as_type_of
-from ....tracing.compiled.family import family, inlined, kernel
+from ....tracing.compiled.family import family, family_with_default, inlined, kernel
 from ....tracing.compiled.vector import dot
 from ....tracing.portable import gauss_rule
 from ...laws.contract import touches
@@ -346,11 +346,28 @@ def mean_elastic(elastic, quadrature, depths):
     fraction, begin, end = 1.0, math.sqrt(max(first, 0.0)), math.sqrt(max(last, 0.0))
     if first <= 0.0 or last <= 0.0:
         fraction = max(first, last) / abs(first - last)
+    return fraction * _mean_between(elastic, quadrature, begin, end)
+
+
+@family_with_default
+def _mean_between(elastic, quadrature, begin, end):
+    """Return the mean elastic force (N) over a straight depth with roots `begin` and `end` (m^0.5)."""
     total, inverse = 0.0, 1.0 / (begin + end)
     for u, weight in nodes_of(quadrature):
         x = begin + (end - begin) * u
         total += 2.0 * weight * (x * inverse) * elastic_force(elastic, x * x)
-    return fraction * total
+    return total
+
+
+_mean_between.member(Linear)(
+    lambda elastic, quadrature, begin, end: 0.5 * elastic.stiffness * (begin * begin + end * end)
+)
+
+
+@_mean_between.member(PowerThreeHalves)
+def _mean_between_power_three_halves(elastic, quadrature, begin, end):
+    product, squares = begin * end, begin * begin + end * end
+    return 0.4 * elastic.stiffness * (squares * (squares + product) - product * product) / (begin + end)
 
 
 # ---------------------------------------------------------------------------------------------- strips along the walls
@@ -408,15 +425,9 @@ def integrals_of(walls, joint, strip, depth):
 
 @integrals_of.member(EndContacts)
 def _integrals_of_end_contacts(walls, joint, strip, depth):
-    area = _depth_integral(joint, strip, depth, strip.reach)
+    stop_distance = pressed_part(walls, joint, strip, depth, (0.0, strip.reach))[1]
+    area = stop_distance * (depth - 0.5 * strip.lean * stop_distance)
     return area, area
-
-
-@kernel
-def _depth_integral(joint, strip, depth, distance):
-    """Return the integral (m^2) of a linear depth up to `distance` (m) along a strip; depth : at its start, m."""
-    stop_distance = min(distance, pressed_part(joint.walls, joint, strip, depth, (0.0, strip.reach))[1])
-    return stop_distance * (depth - 0.5 * strip.lean * stop_distance)
 
 
 @integrals_of.member(Spread)
@@ -425,20 +436,16 @@ def _integrals_of_spread(walls, joint, strip, depth):
 
 
 @family
-def load_integral(walls, joint, strip, depth, interval):
-    """Return the first of `integrals_of` over an interval (m), along which the depth of spread walls is straight."""
+def load_integral(walls, joint, length, end_depths):
+    """Return the first of `integrals_of` over a `length` (m) with a straight depth; end_depths : m, at both ends."""
 
 
-@load_integral.member(EndContacts)
-def _load_integral_end_contacts(walls, joint, strip, depth, interval):
-    return _depth_integral(joint, strip, depth, interval[1]) - _depth_integral(joint, strip, depth, interval[0])
-
-
-@load_integral.member(Spread)
-def _load_integral_spread(walls, joint, strip, depth, interval):
-    low, high = interval
-    end_depths = depth_along(walls, joint, strip, depth, low), depth_along(walls, joint, strip, depth, high)
-    return (high - low) * mean_elastic(joint.elastic, walls.rule, end_depths)
+load_integral.member(EndContacts)(
+    lambda walls, joint, length, end_depths: length * mean_elastic(Linear(1.0), FewNodes(), end_depths)
+)
+load_integral.member(Spread)(
+    lambda walls, joint, length, end_depths: length * mean_elastic(joint.elastic, walls.rule, end_depths)
+)
 
 
 @family
