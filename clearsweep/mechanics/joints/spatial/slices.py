@@ -12,14 +12,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....tracing.compiled.choosing import rolled_range
+from ....tracing.compiled.choosing import lane_range, rolled_range
 from ....tracing.compiled.family import family_with_default, kernel
 from ....tracing.compiled.vector import cross, dot, plus_scaled
 from ....tracing.portable import coefficients_through, exact, powers
 from ...laws.contract import touches
 from ...observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
 from ...wear import Bins, JointAccount, NoWear, SlidingContact, half_arc, peak_over_mean
-from ...wear.arc import FIT, POINTS, SMALLEST_ARC, account_pressure, accumulate_distance, sliding_contact_of
+from ...wear.arc import (
+    FIT,
+    POINTS,
+    SMALLEST_ARC,
+    account_pressure,
+    accumulate_distance,
+    range_of_row,
+    row_sum,
+    sliding_contact_of,
+)
 from ...wear.bins import (
     SLOPES,
     StripRows,
@@ -40,8 +49,10 @@ SMALLEST_DEPTH = 1e-2
 EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 _POWERS = coefficients_through(_QUARTERS)
-#: (PARTS + 1, QUARTER_POINTS + 2): values at equidistant times of a step from those at its quarters.
-FROM_QUARTERS = (powers(np.arange(PARTS + 1) / PARTS, QUARTER_POINTS + 2) @ _POWERS).rounded()
+#: (QUARTER_POINTS + 2, PARTS + 1): values at equidistant times of a step from those at its quarters.
+FROM_QUARTERS = np.ascontiguousarray((powers(np.arange(PARTS + 1) / PARTS, QUARTER_POINTS + 2) @ _POWERS).rounded().T)
+#: Weights of the equidistant times.
+TRAPEZOIDAL = np.array([0.5, *[1.0] * (PARTS - 1), 0.5])
 #: (2, QUARTER_POINTS + 2): slopes at both ends of a step, per its length.
 END_SLOPES = (
     exact([[float(p * at ** max(p - 1, 0)) for p in range(QUARTER_POINTS + 2)] for at in (0.0, 1.0)]) @ _POWERS
@@ -104,41 +115,59 @@ def _strip_at(joint, history, i):
     return strip, strips.depth_at_start(joint.walls, history.step_values[DEPTH_ROW, i])
 
 
+class StripPressure(NamedTuple):
+    """Pressure of a strip at one of the equidistant times of a step, all 0 without load."""
+
+    duration: float  # s, that the time represents
+    mean: float  # Pa s, of its mean pressure
+    peak: float  # Pa
+    pv: float  # W/m^2, its product with the sliding speed
+
+
+@kernel
+def _strip_pressure_at(joint, step, history, i, smallest_depth):
+    """Return the StripPressure at time number `i`; below `smallest_depth` (m) without its largest values."""
+    law, step_values = joint.wear, history.step_values
+    strip, start_depth = _strip_at(joint, history, i)
+    load, slip, zero = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i], 0.0 * start_depth
+    integrals = history.values.load_integral[i], history.values.depth_integral[i]
+    loads = strips.loads_along(joint.walls, joint, strip, start_depth, (load, *integrals))
+    if loads.max_depth <= 0.0:
+        return StripPressure(zero, zero, zero, zero)
+    mean_sliding = sliding_contact_of(joint, (loads.mean_load, 0.0, slip, loads.mean_depth, 0.0), 0.0, joint.clearance)
+    peak_sliding = sliding_contact_of(joint, (loads.max_load, 0.0, slip, loads.max_depth, 0.0), 0.0, joint.clearance)
+    half_angle, half_angle_at_peak = _half_angle(joint, mean_sliding), _half_angle(joint, peak_sliding)
+    if min(half_angle, half_angle_at_peak) < SMALLEST_ARC:
+        return StripPressure(zero, zero, zero, zero)
+    duration = TRAPEZOIDAL[i] / PARTS * step.length * step_values[KAPPA_ROW, i]
+    mean = mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * duration
+    if loads.max_depth < smallest_depth:
+        return StripPressure(duration, mean, zero, zero)
+    peak = (
+        peak_sliding.pressure_integral
+        / (2.0 * joint.bearing_radius * half_angle_at_peak)
+        * peak_over_mean(law.pressure, half_angle_at_peak)
+    )
+    return StripPressure(duration, mean, peak, peak * peak_sliding.sliding_speed)
+
+
 @kernel
 def accumulate_strip_pressure(joint, step, history, account):
     """Record pressure and pressure times sliding speed of a wall contact at equidistant points of the step."""
-    law, step_values, smallest_depth = joint.wear, history.step_values, 0.0
-    for i in rolled_range(PARTS + 1):
+    rows, smallest_depth, pv_limit = step.workspace.step, 0.0, joint.wear.pv_limit
+    for i in range(PARTS + 1):
         smallest_depth = max(smallest_depth, SMALLEST_DEPTH * history.values.max_depth[i])
-    for i in rolled_range(PARTS + 1):
-        strip, start_depth = _strip_at(joint, history, i)
-        load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
-        integrals = history.values.load_integral[i], history.values.depth_integral[i]
-        loads = strips.loads_along(joint.walls, joint, strip, start_depth, (load, *integrals))
-        if loads.max_depth <= 0.0:
-            continue
-        mean_sliding = sliding_contact_of(
-            joint, (loads.mean_load, 0.0, slip, loads.mean_depth, 0.0), 0.0, joint.clearance
-        )
-        peak_sliding = sliding_contact_of(
-            joint, (loads.max_load, 0.0, slip, loads.max_depth, 0.0), 0.0, joint.clearance
-        )
-        half_angle, half_angle_at_peak = _half_angle(joint, mean_sliding), _half_angle(joint, peak_sliding)
-        if min(half_angle, half_angle_at_peak) < SMALLEST_ARC:
-            continue
-        peak = (
-            peak_sliding.pressure_integral
-            / (2.0 * joint.bearing_radius * half_angle_at_peak)
-            * peak_over_mean(law.pressure, half_angle_at_peak)
-        )
-        time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
-        account.pressure_time += mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * time
-        if loads.max_depth < smallest_depth:
-            continue
-        account.pressure_max = max(account.pressure_max, peak)
-        account.pv_max = max(account.pv_max, peak * peak_sliding.sliding_speed)
-        if peak * peak_sliding.sliding_speed > law.pv_limit:
-            account.pv_beyond += time
+    first = _strip_pressure_at(joint, step, history, 0, smallest_depth)
+    for i in lane_range(PARTS):
+        numbers = _strip_pressure_at(joint, step, history, i + 1, smallest_depth)
+        rows.duration[i], rows.pressure_time[i], rows.peak[i], rows.pv[i] = numbers
+    account.pressure_time += first.mean + row_sum(rows.pressure_time)
+    account.pressure_max = max(account.pressure_max, first.peak, range_of_row(rows.peak)[1])
+    account.pv_max = max(account.pv_max, first.pv, range_of_row(rows.pv)[1])
+    if account.pv_max > pv_limit:
+        account.pv_beyond += first.duration if first.pv > pv_limit else 0.0
+        for i in range(PARTS):
+            account.pv_beyond += rows.duration[i] if rows.pv[i] > pv_limit else 0.0
 
 
 @kernel
@@ -216,20 +245,27 @@ def fit_strip(joint, j, step):
                 slope += END_SLOPES[end, i] * angles[i]
             step.positions[j, SLOPES + body, end * (QUARTER_POINTS + 1)] = slope
     fit_positions(step.workspace, step.positions[j])
-    max_reach = 0.0
-    for i in rolled_range(PARTS + 1):
-        strip_values.lean[i] = strip_values.reach[i] = strip_values.tilt_square[i] = 0.0
-        for k in rolled_range(QUARTER_POINTS + 2):
-            strip_values.lean[i] += FROM_QUARTERS[i, k] * axial.lean[k]
-            strip_values.reach[i] += FROM_QUARTERS[i, k] * axial.reach[k]
-            strip_values.tilt_square[i] += FROM_QUARTERS[i, k] * axial.tilt_square[k]
-        strip_values.reach[i] = max(strip_values.reach[i], 0.0)
+    _fit_strip_at(joint, axial, history, 0)
+    for i in lane_range(PARTS):
+        _fit_strip_at(joint, axial, history, i + 1)
+    max_reach = strip_values.reach[0]
+    for i in range(1, PARTS + 1):
         max_reach = max(max_reach, strip_values.reach[i])
-        strip, start_depth = _strip_at(joint, history, i)
-        strip_values.max_depth[i] = strips.largest_depth_along(joint, strip, start_depth)
-        integrals = strips.integrals_of(joint.walls, joint, strip, start_depth)
-        strip_values.load_integral[i], strip_values.depth_integral[i] = integrals
     return StripHistory(max_reach, strip_values, step.step_values[j])
+
+
+@kernel
+def _fit_strip_at(joint, axial, history, i):
+    """Write the values of a StripHistory at time number `i`, from those at the quarters of the step."""
+    values, lean, reach, tilt_square = history.values, 0.0, 0.0, 0.0
+    for k in range(QUARTER_POINTS + 2):
+        lean += FROM_QUARTERS[k, i] * axial.lean[k]
+        reach += FROM_QUARTERS[k, i] * axial.reach[k]
+        tilt_square += FROM_QUARTERS[k, i] * axial.tilt_square[k]
+    values.lean[i], values.reach[i], values.tilt_square[i] = lean, max(reach, 0.0), tilt_square
+    strip, start_depth = _strip_at(joint, history, i)
+    values.max_depth[i] = strips.largest_depth_along(joint, strip, start_depth)
+    values.load_integral[i], values.depth_integral[i] = strips.integrals_of(joint.walls, joint, strip, start_depth)
 
 
 @kernel
@@ -251,8 +287,8 @@ def write_slices(joint, history, step):
         buffer[k] = 0.0
     work = max_line_load = fraction_sum = 0.0
     for i in rolled_range(PARTS + 1):
-        values, weight = history.step_values, 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
-        weight *= max(values[KAPPA_ROW, i] * values[FORCE_ROW, i] * abs(values[SLIP_ROW, i]), 0.0)
+        values = history.step_values
+        weight = TRAPEZOIDAL[i] * max(values[KAPPA_ROW, i] * values[FORCE_ROW, i] * abs(values[SLIP_ROW, i]), 0.0)
         if weight > 0.0:
             work += weight
             add_slices(joint, history, i, buffer, weight)
