@@ -26,6 +26,7 @@ from clearsweep.mechanics.observe import (
 from clearsweep.mechanics.wear import ACCOUNT_SIZE, Account, Bins
 from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, workspace_of
 from clearsweep.mechanics.wear.bins import (
+    BUFFER_ROWS,
     POSITIONS,
     SLOPES,
     AxialRows,
@@ -62,7 +63,7 @@ def empty(joint):
         axial,
         StripRows(np.zeros((StripRows.SIZE, PARTS + 1))),
         workspace_of(np.zeros(WORKSPACE_SIZE)),
-        np.zeros(3 * stride),
+        np.zeros(BUFFER_ROWS * stride),
     )
     return step, WearTotals(np.zeros(12 * stride), stride, Account(np.zeros((6, ACCOUNT_SIZE))))
 

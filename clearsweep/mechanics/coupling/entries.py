@@ -39,7 +39,17 @@ from ..solver.totals import Step
 from ..wear import ACCOUNT_SIZE, Account
 from ..wear.arc import WORKSPACE_SIZE, workspace_of
 from ..wear.bins import POSITIONS as POSITION_ROWS
-from ..wear.bins import RECORDED_SIZE, SLOPES, AxialRows, Instant, StripRows, WearTotals, record, update_joint_wear
+from ..wear.bins import (
+    BUFFER_ROWS,
+    RECORDED_SIZE,
+    SLOPES,
+    AxialRows,
+    Instant,
+    StripRows,
+    WearTotals,
+    record,
+    update_joint_wear,
+)
 from ..wear.bins import Step as WearStep
 from .inertia import joints_at_event
 from .rates import (
@@ -381,7 +391,7 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
 @kernel
 def workspace_size(contacts, stride):
     """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
-    return WORKSPACE_SIZE + contacts * RECORDED_SIZE + StripRows.SIZE * (PARTS + 1) + 3 * stride
+    return WORKSPACE_SIZE + contacts * RECORDED_SIZE + StripRows.SIZE * (PARTS + 1) + BUFFER_ROWS * stride
 
 
 wear_of = entries_of(wear_entry, "fifffff")  # of a scene, the Entry that computes its wear

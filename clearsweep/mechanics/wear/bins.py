@@ -384,6 +384,7 @@ class StripRows(Rows):
 
 
 RECORDED_SIZE = (POSITIONS + SLOPES + AxialRows.SIZE) * observe.STATE_POINTS  # numbers stored per contact
+BUFFER_ROWS = 7  # of the wear buffer, each as long as the bins of a body: two of bins, the others for slices
 
 
 class Step(NamedTuple):
@@ -396,7 +397,7 @@ class Step(NamedTuple):
     axial: AxialRows  # (contacts,) of joints in space
     strip: StripRows  # of one of their contacts
     workspace: arc.Workspace
-    wear_buffer: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
+    wear_buffer: np.ndarray  # (BUFFER_ROWS stride,) bins (m) of both bodies, at 0 between the contacts; then slices
 
 
 class WearTotals(NamedTuple):

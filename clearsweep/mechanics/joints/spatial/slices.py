@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....tracing.compiled.choosing import lane_range, rolled_range
-from ....tracing.compiled.family import family_with_default, kernel
+from ....tracing.compiled.family import family_with_default, inlined, kernel
 from ....tracing.compiled.vector import cross, dot, plus_scaled
 from ....tracing.portable import coefficients_through, exact, powers
 from ...laws.contract import touches
@@ -30,6 +30,7 @@ from ...wear.arc import (
     sliding_contact_of,
 )
 from ...wear.bins import (
+    BUFFER_ROWS,
     SLOPES,
     StripRows,
     fit_positions,
@@ -281,27 +282,25 @@ def fit_depth(history, workspace, factor):
 @kernel
 def write_slices(joint, history, step):
     """Write the Slices of a strip to `step.wear_buffer`, after the bins; return the largest load per length (1/m)."""
-    buffer, first, width = step.wear_buffer, 2 * step.wear_buffer.size // 3, len(Slice._fields)
-    count = (int(joint.wear_rows) + 1) // 2
-    for k in rolled_range(first, first + count * width):
+    buffer, first, width = step.wear_buffer, slices_offset(step), len(Slice._fields)
+    count, weights = (int(joint.wear_rows) + 1) // 2, step.workspace.step.duration
+    for k in rolled_range(first, first + count * width * PARTS):
         buffer[k] = 0.0
-    work = max_line_load = fraction_sum = 0.0
-    for i in rolled_range(PARTS + 1):
-        values = history.step_values
-        weight = TRAPEZOIDAL[i] * max(values[KAPPA_ROW, i] * values[FORCE_ROW, i] * abs(values[SLIP_ROW, i]), 0.0)
-        if weight > 0.0:
-            work += weight
-            add_slices(joint, history, i, buffer, weight)
-    for k in rolled_range(first, first + count * width, width):
-        if buffer[k + LOADED_WORK] > 0.0:
-            inverse = 1.0 / buffer[k + LOADED_WORK]
-            for i in range(1, LOADED_WORK):
-                buffer[k + i] *= inverse
-            buffer[k] /= work
-            max_line_load = max(max_line_load, buffer[k] / buffer[k + 1])
-        else:
-            buffer[k] = 0.0
-        fraction_sum += buffer[k]
+    sums = buffer[first : first + count * width * PARTS].reshape(count, width, PARTS)
+    add_slices(joint, history, 0, 0, sums)
+    for i in lane_range(PARTS):
+        add_slices(joint, history, i + 1, i, sums)
+        weights[i] = _work_at(history, i + 1)
+    work, max_line_load, fraction_sum = _work_at(history, 0) + row_sum(weights), 0.0, 0.0
+    for k in rolled_range(count):
+        totals, row = [row_sum(sums[k, i]) for i in range(width)], first + k * width
+        inverse = 1.0 / totals[LOADED_WORK] if totals[LOADED_WORK] > 0.0 else 0.0
+        buffer[row] = totals[0] / work if inverse > 0.0 else 0.0
+        for i in range(1, width):
+            buffer[row + i] = totals[i] * inverse
+        if buffer[row] > 0.0:
+            max_line_load = max(max_line_load, buffer[row] / buffer[row + 1])
+        fraction_sum += buffer[row]
     fraction_sum = strips.sum_of_fractions(joint.walls, fraction_sum)
     if fraction_sum > 0.0:
         max_line_load = max_line_load / fraction_sum
@@ -310,42 +309,60 @@ def write_slices(joint, history, step):
     return max_line_load
 
 
-@kernel
-def add_slices(joint, history, i, buffer, weight):
-    """Add the fields of all slices of a strip at equidistant time number `i`, times a weight, to those in `buffer`.
+@inlined
+def _work_at(history, i):
+    """Return the weight of time number `i`: the work of friction around it, by the trapezoidal rule."""
+    values = history.step_values
+    return TRAPEZOIDAL[i] * max(values[KAPPA_ROW, i] * values[FORCE_ROW, i] * abs(values[SLIP_ROW, i]), 0.0)
 
-    Depths are relative to the strip's largest one; the depth at the strip's begin is 0 at every onset and separation of
-    an end.  Force and depth are two polynomials over the step: of a strip that is about to touch, the force may be
-    above 0 where the whole depth is not, and its depth is even.
+
+@kernel
+def add_slices(joint, history, i, lane, sums):
+    """Add the fields of all slices of a strip at time number `i`, times its weight, to a lane of `sums`.
+
+    sums : (slices, fields, PARTS).  Depths are relative to the strip's largest one; the depth at the strip's begin is 0
+    at every onset and separation of an end.  Force and depth are two polynomials over the step: of a strip that is
+    about to touch, the force may be above 0 where the whole depth is not, and its depth is even.
     """
-    walls, slice_length = joint.walls, 2.0 * history.reach / int(joint.wear_rows)
+    walls, slice_length, weight = joint.walls, 2.0 * history.reach / int(joint.wear_rows), _work_at(history, i)
+    if weight <= 0.0:
+        return
     strip, start_depth = _strip_at(joint, history, i)
     largest_depth, total = history.values.max_depth[i], history.values.load_integral[i]
-    depth_factor = 1.0 / largest_depth if largest_depth > 0.0 else 0.0
-    per_total = 1.0 / total if total > 0.0 else 0.0
-    near, near_depth, row = 0.0, start_depth, 2 * buffer.size // 3
+    inner_depth = strips.depth_along(walls, joint, strip, start_depth, strip.reach)
+    depth_factor = 1.0 / largest_depth if largest_depth > 0.0 else 0.0 * largest_depth
+    load_factor = weight / total if total > 0.0 else 0.0 * total
+    near, near_depth = 0.0 * total, start_depth
     for k in rolled_range((int(joint.wear_rows) + 1) // 2):
         begin, far = k * slice_length, min((k + 1) * slice_length, strip.reach)
         far_depth = strips.depth_along(walls, joint, strip, start_depth, far)
-        load = weight if total <= 0.0 and k == 0 else 0.0  # of a point, which has its load at its start
-        if total > 0.0 and max(near_depth, far_depth) > 0.0:
-            load = weight * per_total * strips.load_integral(walls, joint, far - near, (near_depth, far_depth))
+        load = load_factor * strips.load_integral(walls, joint, far - near, (near_depth, far_depth))
+        if total <= 0.0 and k == 0:  # a point has its load at its start
+            load = weight
         if load > 0.0:
-            buffer[row] += load
+            sums[k, 0, lane] += load
             loaded_start, loaded_end = strips.pressed_part(walls, joint, strip, start_depth, (near, far))
             if loaded_end > loaded_start:
                 depth = strips.depth_along(walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
-                buffer[row + 1] += load * (loaded_end - loaded_start)
-                buffer[row + 2] += load * (depth * depth_factor if largest_depth > 0.0 else 1.0)
-                buffer[row + 3] += load * (loaded_start - begin)
-                buffer[row + LOADED_WORK] += load
-        near, near_depth, row = far, far_depth, row + len(Slice._fields)
+                sums[k, 1, lane] += load * (loaded_end - loaded_start)
+                sums[k, 2, lane] += load * (depth * depth_factor if largest_depth > 0.0 else 1.0)
+                sums[k, 3, lane] += load * (loaded_start - begin)
+                sums[k, LOADED_WORK, lane] += load
+        if max(far_depth, inner_depth) <= 0.0:  # and so between them
+            break
+        near, near_depth = far, far_depth
+
+
+@inlined
+def slices_offset(step):
+    """Return where the slices begin in `step.wear_buffer`."""
+    return 2 * step.wear_buffer.size // BUFFER_ROWS
 
 
 @kernel
 def slice_at(step, k):
     """Return Slice `k` of the written ones."""
-    offset = 2 * step.wear_buffer.size // 3 + len(Slice._fields) * k
+    offset = slices_offset(step) + len(Slice._fields) * k
     return Slice(*[step.wear_buffer[offset + i] for i in range(len(Slice._fields))])
 
 
