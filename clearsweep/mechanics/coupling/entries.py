@@ -38,7 +38,6 @@ from ..solver.event_search import SINGLE_STATE
 from ..solver.totals import Step
 from ..wear import ACCOUNT_SIZE, Account
 from ..wear.arc import WORKSPACE_SIZE, workspace_of
-from ..wear.bins import POSITIONS as POSITION_ROWS
 from ..wear.bins import (
     BUFFER_ROWS,
     RECORDED_SIZE,
@@ -50,6 +49,7 @@ from ..wear.bins import (
     record,
     update_joint_wear,
 )
+from ..wear.bins import POSITIONS as POSITION_ROWS
 from ..wear.bins import Step as WearStep
 from .inertia import joints_at_event
 from .rates import (

@@ -190,7 +190,7 @@ def _geometry_of(context, first_end, second_end):
 
 @inlined
 def _depth_at_end(end_state):
-    """Return the depth (m) at an end that the slices see: that of the root if it touches, else above 0 past its onset."""
+    """Return the depth (m) at an end that slices see: that of the root if it touches; apart, above 0 past its onset."""
     return end_state.root * end_state.root if touches(end_state.mode) else end_state.point.depth
 
 
