@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...language.errors import InputError, did_you_mean, quoted
-from .fits import GROUPS
+from .fits import GROUPS, tables_of
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Materials, wear pairs and oils by name: typical values, each with its range.
@@ -75,69 +75,34 @@ def _material_entry(row: dict[str, str]) -> Entry:
 MATERIALS = {entry.name: entry for entry in map(_material_entry, _rows_of("materials.csv"))}
 
 
-_ARCHARD = "Archard 1953, J. Appl. Phys. 24:981, table (K and hardness, unlubricated, 400 g, 1.8 m/s)"
-_SCATTER = "Rabinowicz 1981, J. Lubr. Technol. 103:188 (K of lubricated pairs and its scatter)"
-_POLYMERS = (
-    "Theberge 1970, SPE ANTEC (wear factors of thermoplastics, ASTM D3702, in "
-    "1e-10 in^3 min/(ft lb h) = 2.014e-17 m^2/N)"
-)
+_PAIR_SOURCES = {
+    "A": "Archard 1953, J. Appl. Phys. 24:981, table (K and hardness, unlubricated, 400 g, 1.8 m/s)",
+    "R": "Rabinowicz 1981, J. Lubr. Technol. 103:188 (K of lubricated pairs and its scatter)",
+    "P": "Theberge 1970, SPE ANTEC (wear factors of thermoplastics, ASTM D3702, in "
+    "1e-10 in^3 min/(ft lb h) = 2.014e-17 m^2/N)",
+}
 _CHECKED_WITH_REPRINT = (
     "K with a reprint of the table (Wikipedia, Wear coefficient), which has K / (3 H): that is within the range; the "
     "hardness is from memory"
 )
 _LIKE_BODIES = ("steel/steel dry", "hardened steel/steel dry", "hardened steel/steel greased")
-#: Name, description, typical, low, high (m^2/N), source.
-_PAIR_ROWS = (
-    ("steel/steel dry", "mild steel on mild steel", 3.8e-12, 1e-13, 1.5e-11, f"{_ARCHARD}: 7e-3, 1.82 GPa"),
-    ("hardened steel/steel dry", "tool steel on tool steel", 1.6e-14, 4e-15, 6.4e-14, f"{_ARCHARD}: 1.3e-4, 8.3 GPa"),
-    ("hardened steel/steel greased", "boundary lubricated", 1e-16, 1e-17, 1e-15, f"{_SCATTER}: 1e-7 to 1e-5, 7 GPa"),
-    ("steel/brass dry", "60/40 leaded brass on tool steel", 6.4e-13, 1.6e-13, 2.6e-12, f"{_ARCHARD}: 6e-4, 0.93 GPa"),
-    ("steel/bronze dry", "tin bronze on steel", 8e-14, 1e-14, 3e-13, f"{_SCATTER}: 1e-5 to 4e-4, 1.2 GPa"),
-    ("steel/bronze greased", "tin bronze on steel, boundary lubricated", 4e-15, 4e-16, 4e-14,
-     f"{_SCATTER}: 5e-7 to 5e-5, 1.2 GPa"),
-    ("steel/cast iron greased", "grey cast iron on steel, boundary lubricated", 1e-15, 1e-16, 1e-14,
-     f"{_SCATTER}: 2e-7 to 2e-5, 2 GPa"),
-    ("steel/PTFE dry", "unfilled PTFE on steel", 5.1e-13, 1.3e-13, 2e-12,
-     f"{_ARCHARD}: 2.5e-5, 49 MPa, a Brinell number above the ball indentation hardness of data sheets, 30 MPa"),
-    ("steel/POM dry", "unfilled acetal on steel", 1.3e-15, 3e-16, 1e-14, f"{_POLYMERS}: 65"),
-    ("steel/PA66 dry", "unfilled polyamide 66 on steel", 4e-15, 1e-15, 2e-14, f"{_POLYMERS}: 200"),
-)  # fmt: skip
 PAIRS = {
-    name: Entry(
-        name,
-        summary,
-        {"coefficient": Value("m^2/N", typical, low, high)},
-        source,
-        _CHECKED_WITH_REPRINT if source.startswith(_ARCHARD) else "",
-        hard_body_wears=name in _LIKE_BODIES,
+    row["name"]: Entry(
+        row["name"],
+        row["summary"],
+        {"coefficient": Value("m^2/N", *map(float, row["coefficient"].split()))},
+        f"{_PAIR_SOURCES[row['source']]}: {row['values']}",
+        _CHECKED_WITH_REPRINT if row["source"] == "A" else "",
+        hard_body_wears=row["name"] in _LIKE_BODIES,
     )
-    for name, summary, typical, low, high, source in _PAIR_ROWS
+    for row in _rows_of("pairs.csv")
 }
 
 
 VG_INDEX = 95.0  # viscosity index of a solvent-refined mineral oil (API group I)
 _VG_INDEX_RANGE = (90.0, 105.0)  # range for such oils
-#: L and H (mm^2/s at 40 degC) are quadratic in the viscosity at 100 degC (mm^2/s) below the first number of a row:
-#: ASTM D2270-10, appendix X2, table X2.1.
-_D2270_TEXT = """
-3.8   1.14673  1.7576   -0.109   0.84155  1.5521  -0.077
-4.4   3.38095 -15.4952  33.196   0.78571  1.7929  -0.183
-5.0   2.5000  -7.2143   13.812   0.82143  1.5679   0.119
-6.4   0.10100  16.6350 -45.469   0.04985  9.1613 -18.557
-7.0   3.35714 -23.5643  78.466   0.22619  7.7369 -16.656
-7.7   0.01191  21.4750 -72.870   0.79762 -0.7321  14.610
-9.0   0.41858  16.1558 -56.040   0.05794  10.5156 -28.240
-12    0.88779  7.5527  -16.600   0.26665  6.7015 -10.810
-15    0.76720  10.7972 -38.180   0.20073  8.4658 -22.490
-18    0.97305  5.3135   -2.200   0.28889  5.9741  -4.930
-22    0.97256  5.2500   -0.980   0.24504  7.4160 -16.730
-28    0.91413  7.4759  -21.820   0.20323  9.1267 -34.230
-40    0.87031  9.7157  -50.770   0.18411  10.1015 -46.750
-55    0.84703  12.6752 -133.310  0.17029  11.4866 -80.620
-70    0.85921  11.1009 -83.190   0.17130  11.3680 -76.940
-inf   0.83531  14.6731 -216.246  0.16841  11.8493 -96.947
-"""
-_D2270_ROWS = [tuple(map(float, row.split())) for row in _D2270_TEXT.strip().splitlines()]
+#: Row by row the viscosity at 100 degC (mm^2/s) below which L and H are quadratic in it, and their coefficients.
+_D2270_ROWS = [tuple(map(float, (below, *numbers))) for below, numbers in tables_of("astm_d2270.txt")[0].items()]
 _D2270_CITATION = "viscosity index by ASTM D2270"
 _VG_SOURCE = f"ISO 3448 (viscosity at 40 degC within 10 %); {_D2270_CITATION}, 95 for a solvent-refined mineral oil"
 _VG_CHECKED = (

@@ -2,8 +2,8 @@
 
 import re
 from bisect import bisect_left
-from collections.abc import Mapping
 from fractions import Fraction
+from pathlib import Path
 from typing import NamedTuple
 
 from ...language.errors import InputError, did_you_mean, quoted
@@ -11,8 +11,8 @@ from ...language.errors import InputError, did_you_mean, quoted
 # ----------------------------------------------------------------------------------------------------------------------
 # Clearance fits of holes and shafts: ISO 286-1:2010, standard tolerances and fundamental deviations of 1 to 500 mm.
 #
-# The tables are copied from the standard.  Its formulas (annex B of the 1988 edition) give them before rounding, which
-# follows no single rule; the tables are checked against them.
+# The tables in iso_286.txt are copied from the standard.  Its formulas (annex B of the 1988 edition) give them before
+# rounding, which follows no single rule; the tables are checked against them.
 
 
 SMALLEST_DIAMETER, LARGEST_DIAMETER = 1, 500  # mm, both included
@@ -20,55 +20,20 @@ _DIAMETER_STEPS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm
 _FINE_DIAMETER_STEPS = (
     3, 6, 10, 14, 18, 24, 30, 40, 50, 65, 80, 100, 120, 140, 160, 180, 200, 225, 250, 280, 315, 355, 400, 450, 500,
 )  # fmt: skip
-#: Standard tolerances in um: the grade, then one for each of _DIAMETER_STEPS (table 1).
-_TOLERANCES = """
-1  0.8 1   1   1.2  1.5  1.5  2    2.5  3.5  4.5  6    7    8
-2  1.2 1.5 1.5 2    2.5  2.5  3    4    5    7    8    9    10
-3  2   2.5 2.5 3    4    4    5    6    8    10   12   13   15
-4  3   4   4   5    6    7    8    10   12   14   16   18   20
-5  4   5   6   8    9    11   13   15   18   20   23   25   27
-6  6   8   9   11   13   16   19   22   25   29   32   36   40
-7  10  12  15  18   21   25   30   35   40   46   52   57   63
-8  14  18  22  27   33   39   46   54   63   72   81   89   97
-9  25  30  36  43   52   62   74   87   100  115  130  140  155
-10 40  48  58  70   84   100  120  140  160  185  210  230  250
-11 60  75  90  110  130  160  190  220  250  290  320  360  400
-12 100 120 150 180  210  250  300  350  400  460  520  570  630
-13 140 180 220 270  330  390  460  540  630  720  810  890  970
-"""
-#: How far in um a shaft's upper limit of size lies below the nominal size, and a hole's lower one of the same letter
-#: above it (tables 2 and 4); of a, b and c for each of _FINE_DIAMETER_STEPS, of the others for each of _DIAMETER_STEPS.
-_SHAFT_UPPER_DEVIATIONS = """
-a 270 270 280 290 290 300 300 310 320 340 360 380 410 460 520 580 660 740 820 920 1050 1200 1350 1500 1650
-b 140 140 150 150 150 160 160 170 180 190 200 220 240 260 280 310 340 380 420 480 540 600 680 760 840
-c 60 70 80 95 95 110 110 120 130 140 150 170 180 200 210 230 240 260 280 300 330 360 400 440 480
-d 20 30 40 50 65 80 100 120 145 170 190 210 230
-e 14 20 25 32 40 50 60 72 85 100 110 125 135
-f 6 10 13 16 20 25 30 36 43 50 56 62 68
-g 2 4 5 6 7 9 10 12 14 15 17 18 20
-h 0 0 0 0 0 0 0 0 0 0 0 0 0
-"""
-#: How far in um a shaft's lower limit of size lies above the nominal size (table 5); k of the grades 4 to 7, else 0.
-_SHAFT_LOWER_DEVIATIONS = """
-k 0 1 1 1 2 2 2 3 3 4 4 4 5
-m 2 4 6 7 8 9 11 13 15 17 20 21 23
-n 4 8 10 12 15 17 20 23 27 31 34 37 40
-p 6 12 15 18 22 26 32 37 43 50 56 62 68
-"""
 #: Grades of holes whose upper limit follows from the shaft of their letter: -ei + IT(grade) - IT(grade - 1), without
 #: the difference up to 3 mm (4.3.2.5; the standard tabulates the result).
 _TIGHT_HOLE_GRADES = dict.fromkeys("kmn", ("5", "6", "7", "8")) | {"p": ("5", "6", "7")}
 _CLASS_PATTERN = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
 
 
-def _parse_rows(table: str) -> dict[str, tuple[Fraction, ...]]:
-    """Return the rows of a table, in um, by their first word."""
-    rows = (line.split() for line in table.strip().splitlines())
-    return {heading: tuple(map(Fraction, numbers)) for heading, *numbers in rows}
+def tables_of(name: str) -> list[dict[str, list[str]]]:
+    """Return the tables in a file next to this one, between blank lines: first word of a row -> the others."""
+    text = re.sub("(?m)^#.*\n", "", Path(__file__).with_name(name).read_text(encoding="utf-8"))
+    return [{row.split()[0]: row.split()[1:] for row in table.splitlines()} for table in text.strip().split("\n\n")]
 
 
-_TOLERANCE_BY_GRADE, _UPPER_BY_LETTER, _LOWER_BY_LETTER = map(
-    _parse_rows, (_TOLERANCES, _SHAFT_UPPER_DEVIATIONS, _SHAFT_LOWER_DEVIATIONS)
+_TOLERANCE_BY_GRADE, _UPPER_BY_LETTER, _LOWER_BY_LETTER = (
+    {heading: tuple(map(Fraction, numbers)) for heading, numbers in table.items()} for table in tables_of("iso_286.txt")
 )
 KNOWN_CLASSES_TEXT = (
     f"holes {', '.join(letter.upper() for letter in _UPPER_BY_LETTER)}, JS, and K, M, N (grades 5 to 8), P (5 to 7), "
@@ -184,52 +149,9 @@ def _entry_for_diameter(row: tuple[Fraction, ...], diameter: Fraction) -> Fracti
 
 GROUPS = ("C2", "CN", "C3", "C4", "C5")
 NORMAL_GROUP = "CN"  # of a bearing whose name has no group
-#: Upper end of the range of bores in mm (the lower end is that of the row before), then smallest and largest clearance
-#: in um of each group; '-' where the standard has none.  Compared with the catalogue NTN-TPI CAT 2202/TE, table 6.1, up
-#: to 65 mm and with two reprints up to 100 mm.
-_BALL_TABLE = """
-2.5 - - - - - - - - - -
-6 0 7 2 13 8 23 - - - -
-10 0 7 2 13 8 23 14 29 20 37
-18 0 9 3 18 11 25 18 33 25 45
-24 0 10 5 20 13 28 20 36 28 48
-30 1 11 5 20 13 28 23 41 30 53
-40 1 11 6 20 15 33 28 46 40 64
-50 1 11 6 23 18 36 30 51 45 73
-65 1 15 8 28 23 43 38 61 55 90
-80 1 15 10 30 25 51 46 71 65 105
-100 1 18 12 36 30 58 53 84 75 120
-"""
-#: Compared with a reprint of the table of the standard (original-bearing.com) and with the catalogue of IKO.
-_ROLLER_TABLE = """
-10 0 25 20 45 35 60 50 75 - -
-24 0 25 20 45 35 60 50 75 65 90
-30 0 25 20 45 35 60 50 75 70 95
-40 5 30 25 50 45 70 60 85 80 105
-50 5 35 30 60 50 80 70 100 95 125
-65 10 40 40 70 60 90 80 110 110 140
-80 10 45 40 75 65 100 90 125 130 165
-100 15 50 50 85 75 110 105 140 155 190
-120 15 55 50 90 85 125 125 165 180 220
-140 15 60 60 105 100 145 145 190 200 245
-160 20 70 70 120 115 165 165 215 225 275
-180 25 75 75 125 120 170 170 220 250 300
-200 35 90 90 145 140 195 195 250 275 330
-225 45 105 105 165 160 220 220 280 305 365
-250 45 110 110 175 170 235 235 300 330 395
-280 55 125 125 195 190 260 260 330 370 440
-315 55 130 130 205 200 275 275 350 410 485
-355 65 145 145 225 225 305 305 385 455 535
-400 100 190 190 280 280 370 370 460 510 600
-450 110 210 210 310 310 410 410 510 565 665
-500 110 220 220 330 330 440 440 550 625 735
-"""
-_Row = tuple[Fraction, Mapping[str, tuple[int, int]]]  # upper end of the bores (mm), limits (um) by group
-
-
-def _parse_groups(table: str) -> tuple[_Row, ...]:
-    rows = (line.split() for line in table.strip().splitlines())
-    return tuple(
+#: Table -> upper end of a range of bores (mm), and the limits (um) of its groups.
+_ROWS: dict[str, list[tuple[Fraction, dict[str, tuple[int, int]]]]] = {
+    kind: [
         (
             Fraction(bore),
             {
@@ -238,11 +160,10 @@ def _parse_groups(table: str) -> tuple[_Row, ...]:
                 if low != "-"
             },
         )
-        for bore, *limits in rows
-    )
-
-
-_ROWS = {"ball": _parse_groups(_BALL_TABLE), "roller": _parse_groups(_ROLLER_TABLE)}
+        for bore, limits in table.items()
+    ]
+    for kind, table in zip(("ball", "roller"), tables_of("iso_5753.txt"), strict=True)
+}
 _NAMES = {"ball": "deep groove ball bearings", "roller": "cylindrical and needle roller bearings"}
 
 
