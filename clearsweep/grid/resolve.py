@@ -1,6 +1,7 @@
 """Converts a resolved case from the form of a grid file to its typed form; elsewhere no case is a dict."""
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from ..contracts import case
@@ -44,7 +45,7 @@ def case_of(tree: Tree, outline: Outline) -> case.Case:
     if outline.length == "time":  # which saves the whole run
         save = save._replace(revolutions=simulate.revolutions)
     return case.Case(
-        mechanism=_typed(_mechanism, tree["mechanism"]),
+        mechanism=_typed(lambda section: _with_values(case.Mechanism, dict(leaves(section))), tree["mechanism"]),
         joints=joints,
         simulate=simulate,
         save=save,
@@ -69,11 +70,6 @@ def _preloads(joints: tuple[case.Joint, ...]) -> Iterator[case.Load]:
             radius = joint.bearing_radius or 1.0  # of a pin; the friction in a guide is a force
             values = {"on": joint.name, "radius": radius, PRELOAD: joint.friction.values[PRELOAD]}
             yield case.Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction, laws=joint.laws)
-
-
-def _mechanism(section: Tree) -> case.Mechanism:
-    kind, bodies = _split_keys(section, "type")
-    return case.Mechanism(kind, dict(leaves(bodies)))
 
 
 def _simulate(section: Tree) -> case.Simulate:
@@ -106,8 +102,7 @@ def _vibration(section: Tree, outline: VibrationOutline) -> Vibration:
 
 
 def _figures(section: Tree, laws: str) -> tuple[case.OwnFigure, ...]:
-    figures = ((name, *_split_keys(figure, "law")) for name, figure in section.items())
-    return tuple(case.OwnFigure(name, law, values, laws) for name, law, values in figures)
+    return tuple(_with_values(case.OwnFigure, figure, name=name, laws=laws) for name, figure in section.items())
 
 
 def _frame(section: Tree) -> Frame:
@@ -143,7 +138,7 @@ def _drive(section: Tree, laws: str) -> case.Drive:
 
 def _load(section: Tree, load: LoadOutline, laws: str) -> case.Load:
     table, friction, remainder = _split_keys(section, "table", "friction")
-    friction_law = _friction(friction) if friction else None
+    friction_law = _with_values(case.Friction, friction) if friction else None
     return case.Load(
         load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, friction_law, laws
     )
@@ -188,15 +183,17 @@ def _rolling(section: Tree) -> dict[str, Any]:
     return others | {"clearance": 0.5 * section["clearance"], "rolling": case.Rolling(**elements)}
 
 
-def _friction(section: Tree) -> case.Friction:
-    return case.Friction(*_split_keys(section, "law"))
+def _with_values(kind: Callable[..., Any], section: Tree, **further: Any) -> Any:
+    """Return a record of a kind whose field `values` has the keys of a section that are no fields of it."""
+    names = kind._fields  # type: ignore[attr-defined]
+    fields = {key: value for key, value in section.items() if key in names}
+    return kind(**fields, values={key: value for key, value in section.items() if key not in names}, **further)
 
 
 def _wear(section: Tree) -> case.Wear:
-    law, pressure, bins, unit, running_in, evolve, axial_bins, values = _split_keys(
-        section, "law", "pressure", "bins", "coefficient_unit", "running_in", "evolve", "length_bins"
-    )
-    return case.Wear(law, pressure, bins, values, unit == DIMENSIONLESS, running_in, bool(evolve), axial_bins or 1)
+    unit, others = _split_keys(section, "coefficient_unit")
+    wear: case.Wear = _with_values(case.Wear, others, dimensionless=unit == DIMENSIONLESS)
+    return wear
 
 
 def _thermal(section: Tree) -> case.Thermal:
@@ -220,16 +217,19 @@ def _film(section: Tree) -> case.Film:
 
 
 def _contact(section: Tree) -> case.Contact:
-    law, elastic, material, onset, fit, values = _split_keys(section, "law", "elastic", "material", "onset", "fit")
-    return case.Contact(
-        law, elastic, values, _materials(material) if material else None, onset, _table(fit) if fit else None
-    )
+    material, fit, others = _split_keys(section, "material", "fit")
+    contact: case.Contact = _with_values(case.Contact, {"elastic": None} | others)
+    if material:
+        parts = [material[body] if "bearing" in material else material for body in case.Materials._fields]
+        contact = contact._replace(material=case.Materials(*(case.Material(**part) for part in parts)))
+    return contact._replace(fit=_table(fit)) if fit else contact
 
 
 def _roughness(section: Tree) -> case.Roughness:
-    law, values = _split_keys(section, "law")
-    tables = {key: _table(value) for key, value in values.items() if isinstance(value, dict)}
-    return case.Roughness(law, {key: value for key, value in values.items() if key not in tables}, tables)
+    tables = {key: _table(value) for key, value in section.items() if isinstance(value, dict)}
+    others = {key: value for key, value in section.items() if key not in tables}
+    roughness: case.Roughness = _with_values(case.Roughness, others, tables=tables)
+    return roughness
 
 
 _JOINT_SECTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (
@@ -239,20 +239,12 @@ _JOINT_SECTIONS: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("mesh_stiffness", _table),
     ("tilt", tuple),
     ("offset", tuple),
-    ("friction", _friction),
-    ("profile", lambda section: case.Profile(*_split_keys(section, "law"))),
+    ("friction", partial(_with_values, case.Friction)),
+    ("profile", partial(_with_values, case.Profile)),
     ("wear", _wear),
     ("film", _film),
     ("thermal", _thermal),
 )
-
-
-def _materials(section: Tree) -> case.Materials:
-    """Return the materials of bearing and journal: separate ones, or one for both."""
-    is_split = "bearing" in section
-    return case.Materials(
-        *(case.Material(**(section[body] if is_split else section)) for body in case.Materials._fields)
-    )
 
 
 def _split_keys(section: Tree, *keys: str) -> tuple[Any, ...]:

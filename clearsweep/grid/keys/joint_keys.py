@@ -2,7 +2,8 @@
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from ...contracts.case import Materials
 from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite, Law, ranged
@@ -29,7 +30,6 @@ from .library_names import BEARING, HOUSING_MATERIAL, MATERIAL, OIL, UNCHECKED
 # Keys of joints: contact, friction, heat, roughness, oil films, and joints in space.
 
 
-UNCHECKED_KEY = Flag("consent to values of a library that were compared with no published text")
 JOURNAL_LAW = "compatible"  # name of the elastic law of a journal in a bearing
 
 _YIELD_STRENGTH_TEXT = "yield strength of {}, used only for `J_yield_speed`; default: the hardness divided by 2.8"
@@ -52,6 +52,11 @@ def add_numbers(keys: KeyTable, path: str, fields: tuple[Field, ...], role: str,
         keys[f"{path}.{field.name}"] = Number((Use(field),), field.role or role, sweep)
 
 
+def law_key(names: tuple[str, ...], text: str, default: str | None = None, **further: Any) -> Word:
+    """Return the key of a law's name; further : fields of Word."""
+    return Word(names, text, default, sweep=True, noun="law", role=MODEL)._replace(**further)
+
+
 def add_friction(keys: KeyTable, path: str, catalogue: Catalogue, refusal: str = "") -> None:
     """Add the keys of friction in a joint; refusal : why it cannot have laws that stick or keep a state, or ''."""
     laws = tuple(law for law in catalogue.of("friction") if not (refusal and (law.has_state or law.sticks)))
@@ -60,7 +65,7 @@ def add_friction(keys: KeyTable, path: str, catalogue: Catalogue, refusal: str =
     keys[f"{path}.friction"] = Section(
         "friction of the joint. Without this section, the joint has no friction", "optional"
     )
-    keys[f"{path}.friction.law"] = Word(names, "the friction law", sweep=True, noun="law", role=MODEL, refused=refused)
+    keys[f"{path}.friction.law"] = law_key(names, "the friction law", refused=refused)
     add_laws(keys, f"{path}.friction", "law", laws)
 
 
@@ -68,9 +73,8 @@ def add_profile(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of the shape of a bearing, where a law file declares one."""
     if laws := catalogue.of("profile"):
         keys[f"{path}.profile"] = Section("shape of the bearing. Without this section, it is a circle", "optional")
-        keys[f"{path}.profile.law"] = Word(
-            catalogue.names("profile"), "law of the shape, of a law file", sweep=True, noun="law", role=CHOICE
-        )
+        text = "law of the shape, of a law file"
+        keys[f"{path}.profile.law"] = law_key(catalogue.names("profile"), text, role=CHOICE)
         add_laws(keys, f"{path}.profile", "law", laws)
 
 
@@ -93,7 +97,7 @@ def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = 
     contact = contact or f"{path}.contact"
     elastic_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
     keys[contact] = Section("law and parameters of the normal force")
-    keys[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law", role=MODEL)
+    keys[f"{contact}.law"] = law_key(catalogue.names("law"), "law of the normal force")
     keys[f"{contact}.elastic"] = _elastic_law_key(path, catalogue, contact)._replace(when=elastic_in_use)
     onset_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
     keys[f"{contact}.onset"] = ONSET_KEY._replace(when=onset_in_use)
@@ -118,21 +122,24 @@ def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = 
             keys[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic_in_use),), CHOICE)
 
 
+def add_name(keys: KeyTable, path: str, key: str, names: Iterable[str], text: str) -> None:
+    """Add a key that takes a name of a library, and the consent to values from memory."""
+    keys[f"{path}.{key}"] = Name(tuple(names), text)
+    keys[f"{path}.{UNCHECKED}"] = Flag("consent to values of a library that were compared with no published text")
+
+
 def add_material_name(keys: KeyTable, path: str, bodies_text: str) -> None:
     """Add the key that names a material; the name may also replace the section."""
-    text = f"name of the material {bodies_text}"
-    keys[f"{path}.{MATERIAL}"] = Name(
-        tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers in the same section override its values"
-    )
-    keys[f"{path}.{UNCHECKED}"] = UNCHECKED_KEY
+    text = f"name of the material {bodies_text}, from `clearsweep list materials`"
+    add_name(keys, path, MATERIAL, MATERIALS, f"{text}; numbers in the same section override its values")
 
 
 def _elastic_law_key(path: str, catalogue: Catalogue, contact: str) -> Word:
     """Return the key of the elastic law; its default is JOURNAL_LAW if its inputs are given but no stiffness."""
     names = catalogue.names("elastic")
-    law_key = Word(names, "law of the elastic force", "power", sweep=True, noun="law", role=MODEL)
+    key = law_key(names, "law of the elastic force", "power")
     if JOURNAL_LAW not in names:
-        return law_key
+        return key
     hertzian_laws = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
     default_rule = ConditionalDefault(
         JOURNAL_LAW,
@@ -140,11 +147,11 @@ def _elastic_law_key(path: str, catalogue: Catalogue, contact: str) -> Word:
         none_of=(f"{contact}.stiffness", f"{contact}.exponent"),
         unless=(f"{contact}.law", hertzian_laws),
     )
-    default_text = (
-        f"default: {JOURNAL_LAW} if `material` and `length` are given without `stiffness` and `exponent`, "
+    text = (
+        f"{key.text}; default: {JOURNAL_LAW} if `material` and `length` are given without `stiffness` and `exponent`, "
         "otherwise power"
     )
-    return law_key._replace(text=f"{law_key.text}; {default_text}", conditional_default=default_rule)
+    return key._replace(text=text, conditional_default=default_rule)
 
 
 def add_thermal(keys: KeyTable, path: str) -> None:
@@ -166,10 +173,8 @@ def add_thermal(keys: KeyTable, path: str) -> None:
         "expands freely",
         "optional",
     )
-    keys[f"{housing}.{HOUSING_MATERIAL}"] = Name(
-        tuple(MATERIALS), "material of the housing, from `clearsweep list materials`; it provides the expansion"
-    )
-    keys[f"{housing}.{UNCHECKED}"] = UNCHECKED_KEY
+    text = "material of the housing, from `clearsweep list materials`; it provides the expansion"
+    add_name(keys, housing, HOUSING_MATERIAL, MATERIALS, text)
     add_numbers(keys, housing, HOUSING_FIELDS, CHOICE)
 
 
@@ -211,24 +216,12 @@ def onset_key_without_mass(keys: KeyTable, contact: str) -> Word:
 
 
 DEFAULT_FILM_LAW = "reynolds"
-FILM_LIMIT_FIELDS = (
-    ranged(
-        "limit",
-        "1",
-        "largest eccentricity ratio of the film's formula; beyond it, the formula is evaluated at this value",
-        "(0, 0.999]",
-        default=0.99,
-    ),
-)
-VISCOSITY_FIELD = Field(
-    "viscosity", "Pa*s", "dynamic viscosity of the oil, or kinematic viscosities at two temperatures"
-)
+_LIMIT_TEXT = "largest eccentricity ratio of the film's formula; beyond it, the formula is evaluated at this value"
 OIL_FIELDS = (
     ranged("at_40C", "m^2/s", "kinematic viscosity of the oil at 40 degC", "(2e-6, inf)"),
     ranged("at_100C", "m^2/s", "kinematic viscosity of the oil at 100 degC, lower than at 40 degC", "(2e-6, inf)"),
     Field("density", "kg/m^3", "density of the oil"),
 )
-TEMPERATURE_FIELD = Field("temperature", "K", "temperature of the oil; required with two viscosities", optional=True)
 HEAT_BALANCE_FIELDS = (
     Field("conductance", "W/K", "heat flow per temperature difference to the surroundings"),
     Field("ambient", "K", "temperature of the surroundings", role=CONDITION),
@@ -247,9 +240,7 @@ def add_roughness(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     roughness = f"{path}.roughness"
     text = "roughness of the surfaces, in series with the elastic law. Without this section, the surfaces are smooth"
     keys[roughness] = Section(text, "optional")
-    keys[f"{roughness}.law"] = Word(
-        catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law", role=MODEL
-    )
+    keys[f"{roughness}.law"] = law_key(catalogue.names("roughness"), "law of the roughness")
     add_laws(keys, roughness, "law", catalogue.of("roughness"))
 
 
@@ -258,28 +249,25 @@ def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     keys[f"{path}.contact"] = section_key(keys, f"{path}.contact")._replace(unless="film")
     film = f"{path}.film"
     keys[film] = Section("oil film. Without this section, the joint has no film", "optional")
-    keys[f"{film}.law"] = Word(
-        catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW, sweep=True, noun="law", role=MODEL
-    )
-    keys[f"{film}.{OIL}"] = Name(tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density")
-    keys[f"{film}.{UNCHECKED}"] = UNCHECKED_KEY
-    add_numbers(keys, film, (VISCOSITY_FIELD,), CHOICE)
+    keys[f"{film}.law"] = law_key(catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW)
+    add_name(keys, film, OIL, OILS, "oil from `clearsweep list oils`; it determines viscosities and density")
+    text = "dynamic viscosity of the oil, or kinematic viscosities at two temperatures"
+    add_numbers(keys, film, (Field("viscosity", "Pa*s", text),), CHOICE)
     add_numbers(keys, f"{film}.viscosity", OIL_FIELDS, CHOICE)
-    add_numbers(keys, film, (TEMPERATURE_FIELD,), CONDITION)
-    add_numbers(keys, film, FILM_LIMIT_FIELDS, MODEL)
+    text = "temperature of the oil; required with two viscosities"
+    add_numbers(keys, film, (Field("temperature", "K", text, optional=True),), CONDITION)
+    add_numbers(keys, film, (ranged("limit", "1", _LIMIT_TEXT, "(0, 0.999]", default=0.99),), MODEL)
     add_laws(keys, film, "law", catalogue.of("film"))
     keys[f"{film}.thermal"] = Section(
         "heat balance of the film: temperature = ambient + mean loss / conductance", "optional"
     )
     add_numbers(keys, f"{film}.thermal", HEAT_BALANCE_FIELDS, CHOICE)
     text = "law of the torque from the shear of the film; by-law: butenschoen"
-    keys[f"{film}.friction"] = Word(
-        ("by-law", *catalogue.names("film-friction")), text, "by-law", sweep=True, noun="law", role=MODEL
-    )
+    keys[f"{film}.friction"] = law_key(("by-law", *catalogue.names("film-friction")), text, "by-law")
     keys[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
     transition = f"{film}.transition"
     text = "law of the transition from the film to dry contact"
-    keys[f"{transition}.law"] = Word(catalogue.names("transition"), text, "ramp", sweep=True, noun="law", role=MODEL)
+    keys[f"{transition}.law"] = law_key(catalogue.names("transition"), text, "ramp")
     add_numbers(keys, transition, TRANSITION_FIELDS, MODEL)
     add_laws(keys, transition, "law", catalogue.of("transition"), role=MODEL)
 
@@ -409,8 +397,7 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
         "rolling bearing from `clearsweep list bearings`, also with a group, such as 6204 C3; it determines kind, "
         "sizes, ratings and clearance, and keys next to it override its values"
     )
-    keys[f"{path}.{BEARING}"] = Name(bearing_names(), text)
-    keys[f"{path}.{UNCHECKED}"] = UNCHECKED_KEY
+    add_name(keys, path, BEARING, bearing_names(), text)
     for name, text in MOUNTING_KEYS.items():
         keys[f"{path}.{name}"] = Name((), f"{text}; for every group of the clearance")
     keys[kind] = Word(
@@ -449,7 +436,7 @@ def _add_element_contact(keys: KeyTable, path: str, catalogue: Catalogue) -> Non
     names = tuple(law.name for law in laws)
     reason = "is not for a rolling bearing, whose sizes give the elastic law; choose a law that uses it without a mass"
     refused = dict.fromkeys(set(catalogue.names("law")) - set(names), reason)
-    keys[f"{contact}.law"] = Word(names, "law of the normal force", sweep=True, noun="law", role=MODEL, refused=refused)
+    keys[f"{contact}.law"] = law_key(names, "law of the normal force", refused=refused)
     add_laws(keys, contact, "law", tuple(laws))
     onset_laws = frozenset(law.name for law in laws if law.uses_onset)
     keys[f"{contact}.onset"] = ONSET_KEY._replace(when=((f"{contact}.law", onset_laws),))

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from ...contracts.catalogue import (
     ANY,
     CHOICE,
-    MODEL,
     NUMERICS,
     ROLES,
     Catalogue,
@@ -25,7 +24,6 @@ from . import (
     ConditionalDefault,
     Flag,
     KeyTable,
-    Name,
     Number,
     Section,
     Table,
@@ -35,7 +33,7 @@ from . import (
     section_key,
     word_key,
 )
-from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
+from .library_names import DEFAULT_WEAR_LAW, PAIR
 from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys, add_start_keys
 
 DIMENSIONLESS = "dimensionless"
@@ -212,11 +210,10 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
         laws = catalogue.of(section.family)
         laws = tuple(with_given_size(law, section.given_size_key) for law in laws) if section.given_size_key else laws
         names = tuple(law.name for law in laws)
-        keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law", role=MODEL)
+        keys[f"{section.path}.law"] = joint_keys.law_key(names, f"the {section.family} law")
         joint_keys.add_laws(keys, section.path, "law", laws, role=section.role)
     for material in section.materials:
-        keys[f"{section.path}.{material.name}"] = Name(tuple(MATERIALS), material.text)
-        keys[f"{section.path}.{UNCHECKED}"] = joint_keys.UNCHECKED_KEY
+        joint_keys.add_name(keys, section.path, material.name, MATERIALS, material.text)
     joint_keys.add_numbers(keys, section.path, section.fields, section.role)
     for columns in section.tables:
         keys[f"{section.path}.{columns.name}"] = Table(columns)
@@ -300,13 +297,12 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's wear."""
     wear_path = f"{path}.wear"
     keys[wear_path] = Section("wear of the joint. Without this section, no wear is computed", "optional")
-    keys[f"{wear_path}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law", role=MODEL)
-    keys[f"{wear_path}.{PAIR}"] = Name(
-        tuple(PAIRS),
+    keys[f"{wear_path}.law"] = joint_keys.law_key(catalogue.names("wear"), "the wear law")
+    text = (
         f"wear pair from `clearsweep list pairs`; it determines the law `{DEFAULT_WEAR_LAW}` and, unless given, "
-        "`coefficient`; of unlike materials only the softer body wears, the bearing where they are not named",
+        "`coefficient`; of unlike materials only the softer body wears, the bearing where they are not named"
     )
-    keys[f"{wear_path}.{UNCHECKED}"] = joint_keys.UNCHECKED_KEY
+    joint_keys.add_name(keys, wear_path, PAIR, PAIRS, text)
     text = "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`"
     keys[f"{wear_path}.coefficient_unit"] = Word(("m^2/N", DIMENSIONLESS), text, "m^2/N")
     keys[f"{wear_path}.evolve"] = Flag("whether the worn shape acts on the contact")
@@ -316,13 +312,11 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     joint_keys.add_numbers(keys, f"{wear_path}.running_in", (_RUNNING_IN_DISTANCE,), CHOICE)
     joint_keys.add_numbers(keys, wear_path, (_HARDNESS, _PRESSURE_VELOCITY_LIMIT), CHOICE)
     joint_keys.add_numbers(keys, wear_path, (_BINS,), NUMERICS, sweep=False)
-    keys[f"{wear_path}.pressure"] = Word(
+    text = "distribution of the pressure over the contact arc; default: hertz-line with a material or a"
+    keys[f"{wear_path}.pressure"] = joint_keys.law_key(
         catalogue.names("pressure"),
-        "distribution of the pressure over the contact arc; default: hertz-line with a material or a pressure_modulus",
+        f"{text} pressure_modulus",
         "mean",
-        sweep=True,
-        noun="law",
-        role=MODEL,
         conditional_default=ConditionalDefault("hertz-line", one_of=joint_keys.modulus_paths(path)),
     )
     joint_keys.add_laws(keys, wear_path, "law", catalogue.of("wear"))

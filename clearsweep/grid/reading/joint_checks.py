@@ -268,13 +268,10 @@ def _check_material(reader: Reader, joint: str) -> None:
         message = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
         reader.report(f"{material}.{other_body}", message, at=material)
     elif not given_bodies:
+        message = "for each of bearing and journal"
+        message = f"for example: {{young: 207 GPa, poisson: 0.3}} for both bodies, or one such section {message}"
         for key in ("young", "poisson"):
-            if key not in shared:
-                message = (
-                    "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or one such section "
-                    "for each of bearing and journal"
-                )
-                reader.report(f"{material}.{key}", message, at=material)
+            reader.require(f"{material}.{key}", message, at=material)
 
 
 def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -287,9 +284,7 @@ def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
     for law in sorted(candidates, key=lambda law: law.name):
         for path in _needed_keys(reader, joint, law):
-            if not reader.is_given(f"{joint}.{path}"):
-                message = f"is missing; {law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}"
-                reader.report(f"{joint}.{path}", message, at=elastic)
+            reader.require(f"{joint}.{path}", f"{law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}", at=elastic)
         _check_order(reader, f"{joint}.contact", law)
         _check_one_of(reader, f"{joint}.contact", law)
         if "hertz" in law.needs:
@@ -352,9 +347,7 @@ def _check_roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     for law in [law for law in catalogue.of("roughness") if law.name in reader.names[f"{roughness}.law"]]:
         for needed_key in law.needs:
             path = "contact.material" if needed_key == "material" else needed_key
-            if not reader.is_given(f"{joint}.{path}"):
-                message = f"is missing; roughness '{law.name}' needs {_KEY_EXAMPLES[path]}"
-                reader.report(f"{joint}.{path}", message, at=roughness)
+            reader.require(f"{joint}.{path}", f"roughness '{law.name}' needs {_KEY_EXAMPLES[path]}", at=roughness)
         for columns in law.tables:
             table = f"{roughness}.{columns.name}"
             for field in [field for field in law.fields if field.optional]:
@@ -369,9 +362,7 @@ def _check_roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that the joint has the keys that wear needs, with plausible coefficients."""
     wear = f"{joint}.wear"
-    if not reader.is_given(f"{joint}.length"):
-        message = "is missing; wear needs the joint's length along the pin, such as 20 mm"
-        reader.report(f"{joint}.length", message, at=wear)
+    reader.require(f"{joint}.length", "wear needs the joint's length along the pin, such as 20 mm", at=wear)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     if all(law.origin for law in catalogue.of("wear") if law.name in reader.names[f"{wear}.law"]):
         for key in ("coefficient", "bearing_coefficient", "journal_coefficient", "running_in"):
@@ -391,9 +382,9 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         )
         reader.report(f"{wear}.coefficient_unit", message)
         return
-    if is_dimensionless and not reader.is_given(f"{wear}.hardness"):
-        message = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
-        reader.report(f"{wear}.hardness", message, at=wear)
+    if is_dimensionless:
+        message = "a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
+        reader.require(f"{wear}.hardness", message, at=wear)
     steady_key = "running_in.steady" if reader.is_given(f"{wear}.running_in.steady") else "coefficient"
     _check_common_or_each(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
     if steady_key != "coefficient" and reader.is_given(f"{wear}.coefficient"):

@@ -109,9 +109,9 @@ def _check_pressure(reader: Reader, path: str) -> None:
             reader.report(f"{path}.{key}", message)
     elif "fx" in columns or "fy" in columns:
         reader.report(f"{path}.table", "has a pressure and a force; keep one of them, or write two loads")
-    elif "bore" not in pistons:
-        message = "is missing; the pressure of the table acts on a piston of this diameter, such as 60 mm"
-        reader.report(f"{path}.bore", message, at=path)
+    else:
+        message = "the pressure of the table acts on a piston of this diameter, such as 60 mm"
+        reader.require(f"{path}.bore", message, at=path)
 
 
 def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
@@ -329,9 +329,9 @@ def _check_friction_load(reader: Reader, catalogue: Catalogue, path: str, load: 
         reader.report(f"{path}.friction.{given_quantity}", message, at=f"{path}.friction")
     if given_quantity:
         return
-    if site.kind in ("revolute", "stops") and not reader.is_given(radius):
-        message = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
-        reader.report(radius, message, at=f"{path}.friction")
+    if site.kind in ("revolute", "stops"):
+        message = "friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
+        reader.require(radius, message, at=f"{path}.friction")
     if is_guide and reader.is_given(radius):
         reader.report(radius, f"{joint} is a guide, in which friction is a force; leave it out")
 
@@ -389,9 +389,8 @@ def _check_bending_link(reader: Reader, body: str, path: str, pins: list[str]) -
         missing = next(number for number in numbers if number not in given) if given else sides
         message = "is missing; write section: [8 mm, 8 mm] (across, in the plane), or area, second_moment and edge"
         reader.report(missing, message, at=path)
-    if not reader.is_given(f"{path}.young"):
-        message = "is missing; write young: 210 GPa, or material: S355 (`clearsweep list materials` has their names)"
-        reader.report(f"{path}.young", message, at=path)
+    message = "write young: 210 GPa, or material: S355 (`clearsweep list materials` has their names)"
+    reader.require(f"{path}.young", message, at=path)
     driven = reader.values.get("mechanism.driven")
     joint = next((joint for joint in reader.outline.joints if joint.name == driven), None)
     if body == (joint.bodies[1] if joint else "crank"):
@@ -439,9 +438,9 @@ def _check_guides(reader: Reader) -> None:
         if site.kind not in ("guide", "slot") or not isinstance(reader.keys_in_use.get(path), Section):
             continue
         inertia = "mechanism.slider.inertia"
-        if site.kind == "guide" and inertia in reader.keys_in_use and not reader.is_given(inertia):
-            message = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
-            reader.report(inertia, message, at="mechanism.slider")
+        if site.kind == "guide" and inertia in reader.keys_in_use:
+            message = f"with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
+            reader.require(inertia, message, at="mechanism.slider")
         if "seated" in reader.values_of("simulate.start"):
             message = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
             reader.report("simulate.start", message)
@@ -458,8 +457,8 @@ def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
         law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
         is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
         if law in reader.keys_in_use and "greenwood-tripp" in reader.names[law] and not is_known:
-            message = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
-            reader.report(modulus, message, at=f"{joint}.film")
+            message = "write E* of both bodies, such as 114 GPa for steel, or contact.material"
+            reader.require(modulus, message, at=f"{joint}.film")
         if f"{joint}.contact" not in reader.keys_in_use and f"{joint}.contact" not in reader.unread_sections:
             _check_unused_contact_keys(reader, joint)
     for joint in [film.removesuffix(".film") for film in films[:1]]:
@@ -473,8 +472,7 @@ def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     """Check that length and radius are given and that the film's laws are valid for them."""
     length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
     for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
-        if not reader.is_given(path):
-            reader.report(path, f"is missing; a film needs the {example}", at=f"{joint}.film")
+        reader.require(path, f"a film needs the {example}", at=f"{joint}.film")
     lengths, radii = reader.values_of(length), reader.values_of(radius)
     if law in reader.unread_laws or not lengths or not radii:
         return

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from ...contracts.catalogue import Field
@@ -179,17 +180,9 @@ def values_before_reading(reader: Reader, path: str) -> tuple[float, ...]:
     key = reader.keys_in_use.get(path)
     if path in reader.defined.dependents:
         return ()
-    silent_reader = Reader(
-        Problems(),
-        reader.mechanism,
-        reader.outline,
-        reader.keys_in_use,
-        reader.sections,
-        reader.written,
-        reader.written_axes,
-        reader.names,
-        varied_by=reader.varied_by,
-    )
+    nothing = Reader(Problems(), reader.mechanism, reader.outline)
+    known = ("keys_in_use", "sections", "written", "written_axes", "names", "varied_by")
+    silent_reader = replace(nothing, **{name: getattr(reader, name) for name in known})
     if isinstance(key, Number) and (path in reader.written or path in reader.written_axes):
         read_number(silent_reader, path, key)
     return silent_reader.values_of(path)

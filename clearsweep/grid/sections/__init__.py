@@ -440,6 +440,11 @@ class Reader:
         """Report a mistake at `path`; its position is that of the path `at`, by default the same."""
         self.problems.add(self.position_of(at or path), path, message)
 
+    def require(self, path: str, message: str, at: str = "") -> None:
+        """Report a value or a section that is missing, with what to write; see `report`."""
+        if not self.is_given(path):
+            self.report(path, f"is missing; {message}", at)
+
     def text(self, path: str, value: Any) -> str:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         key = self.keys_in_use.get(path)

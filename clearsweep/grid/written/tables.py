@@ -53,32 +53,26 @@ def with_damping_ratios(root: WrittenValue, problems: Problems) -> WrittenValue:
             problems.check()
         return RATIO
 
-    root = _changed(root, ("mechanism", "mounts"), renamed_key)
-    for section in AXIS_SECTIONS:
-        root = _changed(root, (section,), renamed_axis, depth=0)
-    return root
+    mechanism = root.value.get("mechanism", WrittenValue({}))
+    mounts = mechanism.entries.get("mounts", WrittenValue({}))
+    if mounts.entries:
+        renamed = {name: _renamed(mount, renamed_key) for name, mount in mounts.value.items()}
+        mechanism = mechanism.with_value(mechanism.value | {"mounts": mounts.with_value(renamed)})
+        root = root.with_value(root.value | {"mechanism": mechanism})
+    sections = {name: _renamed(root.value[name], renamed_axis) for name in AXIS_SECTIONS if name in root.value}
+    return root.with_value(root.value | sections)
 
 
-def _changed(section: WrittenValue, path: tuple[str, ...], rename: Any, depth: int = 1) -> WrittenValue:
-    """Return a section in which the keys of the sections `depth` levels below `path` have other names."""
-    if not isinstance(section.value, dict):
+def _renamed(section: WrittenValue, name_of: Callable[[str, WrittenValue], str]) -> WrittenValue:
+    """Return a section whose keys have other names; anything else stays."""
+    names = {key: name_of(key, content) for key, content in section.entries.items()}
+    if all(key == name for key, name in names.items()):
         return section
-    if not path and depth == 0:
-        names = {key: rename(key, content) for key, content in section.value.items()}
-        keys = {names.get(key, key): place for key, place in section.keys.items()}
-        content = {names[key]: value for key, value in section.value.items()}
-        if len(content) < len(names):
-            message = f"{DAMPING} in % conflicts with `{RATIO}`, which it is; write one of them"
-            raise InputError(f"{section.position_text}mechanism.mounts: {message}")
-        return (
-            section if all(key == name for key, name in names.items()) else replace(section, value=content, keys=keys)
-        )
-    below = [path[0]] if path else list(section.value)
-    content = {
-        key: _changed(value, path[1:], rename, depth if path else depth - 1) if key in below else value
-        for key, value in section.value.items()
-    }
-    return replace(section, value=content)
+    if len({*names.values()}) < len(names):
+        message = f"{DAMPING} in % conflicts with `{RATIO}`, which it is; write one of them"
+        raise InputError(f"{section.position_text}mechanism.mounts: {message}")
+    keys = {names.get(key, key): place for key, place in section.keys.items()}
+    return replace(section, value={names[key]: value for key, value in section.value.items()}, keys=keys)
 
 
 def _is_in_per_cent(written: WrittenValue, number: Callable[[Iterable[bool]], bool] = all) -> bool:
