@@ -195,21 +195,10 @@ class Layout(NamedTuple):
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
             features.joints,
-            columns_of(
-                catalogue,
-                mechanism,
-                joint_features,
-                features.outline,
-                requested,
-                features.until,
-            ),
+            columns_of(catalogue, mechanism, joint_features, features.outline, requested, features.until),
             _channels(catalogue, mechanism, features),
-            features.horizon,
-            features.error_check,
-            features.until,
-            features.life,
-            frictions,
-            features.listed,
+            frictions=frictions,
+            **{name: getattr(features, name) for name in ("horizon", "error_check", "until", "life", "listed")},
         )
 
     @property

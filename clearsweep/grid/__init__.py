@@ -83,6 +83,7 @@ def load(
     zipped = {reader.varied_by[paths[0]]: paths for paths in zipped_paths(reader)}
     if search and search.varied_paths and not search.in_step:
         zipped[search.name] = search.varied_paths
+    drawn = {path: reader.distributions[path] for path in reader.drawn_paths}
     grid = Grid(
         name,
         file,
@@ -94,7 +95,7 @@ def load(
         frozenset(reader.written),
         reader.names,
         zipped,
-        _resolved_sample(reader),
+        reader.sample.resolved() | {"over": drawn} if reader.sample else {},
         reader.outline,
         {path: tuple(entries) for path, entries in reader.fits.items()},
         assumed_units(reader),
@@ -184,16 +185,6 @@ def write_starter(file: Path, kind: str, catalogue: Catalogue) -> None:
         raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
     except OSError as error:
         raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
-
-
-def _resolved_sample(reader: Reader) -> dict[str, Any]:
-    """Return the section `sample` in SI, or {} if there is none."""
-    if reader.sample is None:
-        return {}
-    section: dict[str, Any] = {"method": reader.sample.method}
-    if reader.sample.method != "one-at-a-time":
-        section |= {"n": reader.sample.n, "seed": reader.sample.seed}
-    return section | {"over": {path: reader.distributions[path] for path in reader.drawn_paths}}
 
 
 HISTORY_COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel

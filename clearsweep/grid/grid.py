@@ -283,13 +283,13 @@ class Grid:
             variations.pop(search.name, None)
             swept = variations.get("sweep", {})
             variations["sweep"] = {path: values for path, values in swept.items() if path not in searched_paths}
-        variations = {section_name: part for section_name, part in variations.items() if part}
-        other_sections: dict[str, Any] = {LAWS: [*map(recorded, self.law_files)]}
-        other_sections |= {"limits": self.limits}
-        other_sections |= {"roles": dict(self.given_roles)}
-        other_sections |= {UNCERTAIN: dict(self.uncertain)}
-        other_sections |= {search.name: search.resolved() | added_values or True} if search else {}
-        other_sections = {key: part for key, part in other_sections.items() if part}
+        other_sections: dict[str, Any] = {
+            LAWS: [*map(recorded, self.law_files)],
+            "limits": self.limits,
+            "roles": dict(self.given_roles),
+            UNCERTAIN: dict(self.uncertain),
+            **({search.name: search.resolved() | added_values or True} if search else {}),
+        }
         named = {path for varied in self.varied_names.values() for path in varied.paths}
         sections: dict[str, Any] = {
             path: {} for path, key in self._shape.items() if isinstance(key, Section) and f"{path}.0" not in named
@@ -309,7 +309,8 @@ class Grid:
         case_sections = cases.nest(sections | base | fillers, self._list_paths)
         figures = {"figures": {**case_sections.get("figures", {}), **self.figures}}
         case_sections |= figures if figures["figures"] else {}
-        return {"name": self.name} | case_sections | variations | other_sections
+        further = {name: part for name, part in (variations | other_sections).items() if part}
+        return {"name": self.name} | case_sections | further
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""
@@ -333,37 +334,33 @@ class Grid:
             self._patterns[law_assignment] = cases.CaseTemplate(values_in_use | numbers, numbers, self._list_paths)
         return self._patterns[law_assignment]
 
-    def _values_in_use(self, law_by_path: Mapping[str, str]) -> dict[str, cases.KeyValue]:
-        """Return path -> value, or default, of every key in use with these swept law names."""
+    def _used(self, law_by_path: Mapping[str, str]) -> dict[str, cases.KeyValue]:
+        """Return path -> value, or default, of every key of the grid in use with these swept law names."""
         names = self._names | {path: frozenset({word}) for path, word in law_by_path.items()}
-        values_in_use: dict[str, cases.KeyValue] = {}
+        used: dict[str, cases.KeyValue] = {}
         for path, key in self._shape.items():
-            if isinstance(key, Word) and key.is_used(names):
-                values_in_use[path] = law_by_path.get(path, self._values.get(path))
-            elif isinstance(key, Number) and (fields := key.fields(names)):
-                values_in_use[path] = self._values.get(path, fields[0].default)
-            elif isinstance(key, (Flag, NameList)) or (isinstance(key, Table) and key.is_used(names)):
-                values_in_use[path] = self._values.get(path)
-        values_in_use |= {LAWS: self.law_files} if self.law_files else {}
+            fields = key.fields(names) if isinstance(key, Number) else ()
+            if fields or isinstance(key, (Flag, NameList)) or (isinstance(key, (Word, Table)) and key.is_used(names)):
+                value = self._values.get(path, fields[0].default if fields else None)
+                used[path] = law_by_path.get(path, value)
+        return used
+
+    def _values_in_use(self, law_by_path: Mapping[str, str]) -> dict[str, cases.KeyValue]:
+        """Return path -> value of every key of a case with these swept law names."""
+        values_in_use = self._used(law_by_path) | ({LAWS: self.law_files} if self.law_files else {})
         return put_numbers_of_names(values_in_use, self.varied_names) | dict(uncertain_leaves(self.uncertain))
 
     @cached_property
     def _fixed_values(self) -> dict[str, cases.KeyValue]:
         """Return path -> value of all keys that are not swept; for a swept law, only the keys that are written."""
-        values_in_use: dict[str, cases.KeyValue] = {}
+        used, values_in_use = self._used({}), dict[str, cases.KeyValue]()
         for path, key in self._shape.items():
             if isinstance(key, (Section, Name)) or path in self.axes or path in self.defined.dependents:
                 continue
             if any(chooser in self.axes for chooser in deciding_paths(key)):
-                value = self._values.get(path) if path in self._written else None
-            elif isinstance(key, Word):
-                value = self._values[path] if key.is_used(self._names) else None
-            elif isinstance(key, (Flag, Table, NameList)):
-                value = self._values.get(path)
+                values_in_use[path] = self._values.get(path) if path in self._written else None
             else:
-                fields = key.fields(self._names)
-                value = self._values.get(path, fields[0].default) if fields else None
-            values_in_use[path] = value
+                values_in_use[path] = used.get(path)
         values_in_use |= dict(uncertain_leaves(self.uncertain))
         base = {
             path: value for path, value in cases.with_dependent_values(values_in_use).items() if path not in self.axes

@@ -46,20 +46,13 @@ COLUMNS = Vocabulary(
 DEFINED = Vocabulary("names of `define`", "not defined under `define`", "= d / 2 + '5 um'")
 
 
-def unit_of(text: str, units: Mapping[str, str]) -> str:
-    """Return the SI unit of an expression of columns with the SI units `units`; InputError names the mistake."""
-    if not names_in(text):
+def unit_of(text: str, units: Mapping[str, str], vocabulary: Vocabulary = COLUMNS) -> str:
+    """Return the SI unit ('1' for none) of an expression over names with the SI units `units`.
+
+    Raises InputError with the mistake; an expression of columns has a column.
+    """
+    if vocabulary is COLUMNS and not names_in(text):
         raise InputError(f"found {quoted(text)}, which contains no column; {_expected_text(COLUMNS)}")
-    return _si_unit(text, units, COLUMNS)
-
-
-def unit_of_defined(text: str, units: Mapping[str, str]) -> str:
-    """Return the SI unit ('1' for none) of an expression of user-defined quantities with the SI units `units`."""
-    return _si_unit(text, units, DEFINED)
-
-
-def _si_unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
-    """Return the SI unit of an expression over names with the SI units `units`."""
     if "t" in names_in(text, vocabulary) - units.keys():
         raise InputError(
             f"found {quoted(text)}, but an expression has one value and no time t; write what varies with time as a "
@@ -81,7 +74,7 @@ def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
 
 
 def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
-    """Return the value (SI) of an expression checked by `unit_of_defined`, with at least DIGITS digits.
+    """Return the value (SI) of an expression checked by `unit_of`, with at least DIGITS digits.
 
     Only sqrt and ** round to fewer, those of a float.  Raises InputError for a division by zero, a root of a negative
     number, or a number too large for a float.
@@ -245,7 +238,7 @@ def _evaluate_exactly(node: Any, values: Mapping[str, Fraction]) -> Fraction:
         case ast.Call(func=ast.Name(id=name), args=arguments):
             built_in: Any = {"min": min, "max": max, "abs": abs}[name]
             return Fraction(built_in(*(_evaluate_exactly(argument, values) for argument in arguments)))
-    raise AssertionError(node)  # `unit_of_defined` has refused it
+    raise AssertionError(node)  # `unit_of` has refused it
 
 
 def _rounded(value: Fraction) -> Fraction:

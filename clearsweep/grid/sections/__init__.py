@@ -384,6 +384,10 @@ class Sample(NamedTuple):
     points: "np.ndarray"  # (rows, variables) in the open interval (0, 1); the rows of the design
     earlier_values: dict[str, WrittenValue]  # values drawn earlier, which are kept
 
+    def resolved(self) -> dict[str, Any]:
+        """Return the section in the form of a grid file."""
+        return {"method": self.method} | ({"n": self.n, "seed": self.seed} if self.method != "one-at-a-time" else {})
+
 
 @dataclass
 class Reader:

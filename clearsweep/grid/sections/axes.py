@@ -45,7 +45,8 @@ class DistributionLaw(NamedTuple):
     keys: tuple[str, ...]  # parameters, in the order in which they are read
     #: Returns the quantiles at points, (rows,) in (0, 1); of moments, for a standard deviation above 0.
     quantiles: "Callable[[Parameters, np.ndarray], np.ndarray]"
-    mistakes: Callable[[Parameters, ParameterTexts], Iterator[str]]  # yields what is wrong with the parameters
+    is_positive: bool = False  # its values are above 0
+    needs_bound: bool = False
 
 
 class Distribution(NamedTuple):
@@ -99,50 +100,38 @@ def _lognormal_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.nd
     return mean * np.array([math.exp(exponent) for exponent in exponents.tolist()])
 
 
-def _mistakes_of_ends(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
-    if parameters["low"] > parameters["high"]:
-        yield f"the low end {texts['low']} is above the high end {texts['high']}; swap them"
-
-
-def _mistakes_of_positive_ends(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
-    yield from _mistakes_of_ends(parameters, texts)
-    if parameters["low"] <= 0.0:
-        yield f"found {texts['low']}; both ends must be above 0; use uniform"
-
-
-def _mistakes_of_moments(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
+def _mistakes(law: DistributionLaw, parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
+    """Yield what is wrong with the parameters of a law."""
     low, high = _bounds(parameters)
-    if parameters["std"] < 0.0:
+    if law.keys == _ENDS:
+        if low > high:
+            yield f"the low end {texts['low']} is above the high end {texts['high']}; swap them"
+        if law.is_positive and low <= 0.0:
+            yield f"found {texts['low']}; both ends must be above 0; use uniform"
+        return
+    mean, std = parameters["mean"], parameters["std"]
+    if law.needs_bound and parameters.keys().isdisjoint(_ENDS):
+        yield "has no bound; write low, high or both, or use normal"
+    if std < 0.0:
         yield "the spread is negative; write a std or cv of at least 0"
-    if not low <= parameters["mean"] <= high or low == high:
+    if not low <= mean <= high or low == high:
         limits = " and ".join(f"{key} {texts[key]}" for key in _ENDS if key in texts)
         yield f"the mean {texts['mean']} is not between its bounds ({limits}); change one"
-
-
-def _mistakes_of_truncation(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
-    if parameters.keys().isdisjoint(_ENDS):
-        yield "has no bound; write low, high or both, or use normal"
-    yield from _mistakes_of_moments(parameters, texts)
-
-
-def _mistakes_of_lognormal(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
-    yield from _mistakes_of_moments(parameters, texts)
-    mean, std = parameters["mean"], parameters["std"]
-    if std > _MAX_RELATIVE_STD * mean > 0.0:
+    if law.is_positive and std > _MAX_RELATIVE_STD * mean > 0.0:
         yield f"found a std of {std / mean:.3g} times the mean; at most {_MAX_RELATIVE_STD:g}"
-    if mean <= 0.0:
+    if law.is_positive and mean <= 0.0:
         yield f"found the mean {texts['mean']}; it must be above 0; use normal"
 
 
 #: Those with bounds among their moments are truncated there.
 DISTRIBUTIONS = {
-    "uniform": DistributionLaw("[low, high]", _ENDS, _uniform_quantiles, _mistakes_of_ends),
-    "loguniform": DistributionLaw("[low, high]", _ENDS, _loguniform_quantiles, _mistakes_of_positive_ends),
-    "normal": DistributionLaw("{mean, std or cv, low?, high?}", _MOMENTS, _normal_quantiles, _mistakes_of_moments),
+    "uniform": DistributionLaw("[low, high]", _ENDS, _uniform_quantiles),
+    "loguniform": DistributionLaw("[low, high]", _ENDS, _loguniform_quantiles, is_positive=True),
+    "normal": DistributionLaw("{mean, std or cv, low?, high?}", _MOMENTS, _normal_quantiles),
     "truncated-normal": DistributionLaw(
-        "{mean, std or cv, low and/or high}", _MOMENTS, _normal_quantiles, _mistakes_of_truncation
+        "{mean, std or cv, low and/or high}", _MOMENTS, _normal_quantiles, needs_bound=True
     ),
-    "lognormal": DistributionLaw("{mean, std or cv}", _MOMENTS[:3], _lognormal_quantiles, _mistakes_of_lognormal),
+    "lognormal": DistributionLaw("{mean, std or cv}", _MOMENTS[:3], _lognormal_quantiles, is_positive=True),
 }
 #: Name of a distribution -> its section in a grid, from a fit.
 FROM_FIT = {
@@ -220,7 +209,7 @@ def read_distribution(problems: Problems, key_path: str, written: WrittenValue, 
     read = _read_moments if "mean" in DISTRIBUTIONS[name].keys else _read_ends
     problems_before = len(problems)
     parameters, texts = read(problems, key_path, name, written_parameters, reading)
-    for message in DISTRIBUTIONS[name].mistakes(parameters, texts):
+    for message in _mistakes(DISTRIBUTIONS[name], parameters, texts):
         problems.add(written_parameters, key_path, f"{name}: {message}")
     if len(problems) > problems_before:
         raise MistakeError(written, key_path)

@@ -30,21 +30,16 @@ VARYING_SECTIONS = (*AXIS_SECTIONS, "sample")
 def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed_paths: frozenset[str]) -> None:
     """Record the varied values; report paths that cannot vary.  Paths in `fixed_paths` no longer vary."""
     for section_name in VARYING_SECTIONS:
-        section = root.value.get(section_name)
         with reader.problems.reporting():
-            if section is not None:
-                _record_section(reader, root, section_name, section, all_keys, fixed_paths)
+            if section_name in root.value:
+                _record_section(reader, root, section_name, all_keys, fixed_paths)
 
 
 def _record_section(
-    reader: Reader,
-    root: WrittenValue,
-    section_name: str,
-    section: WrittenValue,
-    all_keys: KeyTable,
-    fixed_paths: frozenset[str],
+    reader: Reader, root: WrittenValue, section_name: str, all_keys: KeyTable, fixed_paths: frozenset[str]
 ) -> None:
     """Record the values that one section varies; MistakeError if it cannot be read."""
+    section = root.value[section_name]
     written, key_path, example = section, section_name, "[value, ...]"
     if section_name == "cases" and is_table(section):
         written, reader.case_labels = read_cases(reader.problems, section)
@@ -268,13 +263,6 @@ _RESERVED_NAMES = ("fits", "fit", "groups", "group", "inner_warmer")
 RESERVED_LABELS = (*SPACING_FORMS, *_RESERVED_NAMES, *DISTRIBUTIONS, "among", "whole", "factor")
 
 
-def replace_label_axes(reader: Reader) -> None:
-    """Replace each axis with labels by the list of its values, and record the labels."""
-    for path, written in list(reader.written_axes.items()):
-        if reader.varied_by[path] in AXIS_SECTIONS and _has_labels(written):
-            _replace_by_list(reader, path, written)
-
-
 def _has_labels(written: WrittenValue) -> bool:
     """Return whether an axis is a mapping of labels to values, and not another form of an axis."""
     content = written.value
@@ -284,18 +272,22 @@ def _has_labels(written: WrittenValue) -> bool:
     return all(not isinstance(item, dict | list) or [*item][:1] in (["fit"], ["group"]) for item in items)
 
 
-def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:
-    """Replace one axis with labels by a list; a mistake is reported, and the axis then has no labels."""
-    key_path = f"{reader.varied_by[path]}.{path}"
-    invalid = {name: message for name in written.value if (message := _label_mistake(name))}
-    if not isinstance(reader.keys_in_use[path], Number):
-        reader.problems.add(written, key_path, "is a word, and only numbers have labels; write a list such as [a, b]")
-    for name, message in invalid.items():
-        reader.problems.add(written.key_position(name), key_path, message)
-    items = [item for name, item in written.value.items() if name not in invalid]
-    reader.written_axes[path] = written.with_value(items)
-    if not invalid:
-        reader.labels[path] = tuple(written.value)
+def replace_label_axes(reader: Reader) -> None:
+    """Replace each axis with labels by the list of its values, and record the labels; mistakes are reported."""
+    for path, written in list(reader.written_axes.items()):
+        if reader.varied_by[path] not in AXIS_SECTIONS or not _has_labels(written):
+            continue
+        key_path = f"{reader.varied_by[path]}.{path}"
+        invalid = {name: message for name in written.value if (message := _label_mistake(name))}
+        if not isinstance(reader.keys_in_use[path], Number):
+            message = "is a word, and only numbers have labels; write a list such as [a, b]"
+            reader.problems.add(written, key_path, message)
+        for name, message in invalid.items():
+            reader.problems.add(written.key_position(name), key_path, message)
+        items = [item for name, item in written.value.items() if name not in invalid]
+        reader.written_axes[path] = written.with_value(items)
+        if not invalid:
+            reader.labels[path] = tuple(written.value)
 
 
 def _label_mistake(name: str) -> str:

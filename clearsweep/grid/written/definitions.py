@@ -235,7 +235,7 @@ class _ExpressionEvaluator:
         text = expression_of(written.value)
         try:
             self.definitions.add_names(text, self.used)
-            unit = expression.unit_of_defined(text, self.definitions.units)
+            unit = expression.unit_of(text, self.definitions.units, expression.DEFINED)
             value = expression.exact_value(text, self.definitions.values)
         except InputError as error:
             if not self.definitions.invalid & _names_in_text(text):  # what is wrong there is said there
@@ -307,7 +307,7 @@ def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problem
         text = expression_of(entry.value) if is_expression(entry.value) else ""
         try:
             if text:
-                units[name] = expression.unit_of_defined(text, units)
+                units[name] = expression.unit_of(text, units, expression.DEFINED)
                 values[name] = expression.exact_value(text, values)
             else:
                 values[name], units[name] = _quantity_of_definition(entry.value)
