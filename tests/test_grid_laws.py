@@ -173,12 +173,10 @@ def test_the_material_of_one_body_can_be_swept_and_has_its_own_identity():
 # ---------------------------------------------------------------------------------------------- laws with conditions
 
 
-@pytest.mark.parametrize("law", ["brown-mcphee", "elasto-plastic"])
-def test_static_friction_below_kinetic_friction_is_refused(law):
-    section = written(friction=law)["friction"] | {"coefficient": 0.2, "static_coefficient": 0.15}
-    (message,) = problems(slider_crank("rod-slider", changes={f"{JOINT}.friction": section}))
-    assert "friction.coefficient: found 0.2; allowed: at most 0.15, the value of" in message
-    equal = section | {"static_coefficient": 0.2}
+@pytest.mark.parametrize("law", ["brown-mcphee", "elasto-plastic", "lugre", "karnopp"])
+def test_static_friction_may_equal_kinetic_friction(law):
+    section = written(friction=law)["friction"]
+    equal = section | {"static_coefficient": section["coefficient"]}
     assert resolved(slider_crank("rod-slider", changes={f"{JOINT}.friction": equal}))
 
 
@@ -187,23 +185,3 @@ def test_other_elastic_laws_take_their_own_exponent():
     choices = registry.elastic_choices(bushed(contact=contact))
     chosen = {name: joint.contact.values.get("exponent") for name, joint in choices.items()}
     assert (chosen["bai-zhao-literal"], chosen["power"], chosen["lankarani-nikravesh-cylindrical"]) == (2.0, 1.5, 1.5)
-
-
-STRIBECK = {"coefficient": 0.1, "static_coefficient": 0.2, "stribeck_velocity": 1e-3}
-SMALL = {"lugre": {"bristle_stiffness": 1e5, "bristle_damping": 300.0}, "karnopp": {"band": 1e-4}}
-
-
-@pytest.mark.parametrize(
-    ("law", "wrong", "reason"),
-    [
-        ("lugre", {"static_coefficient": 0.05}, "coefficient: found 0.1; allowed: at most 0.05, the value of"),
-        ("karnopp", {"static_coefficient": 0.05}, "coefficient: found 0.1; allowed: at most 0.05, the value of"),
-        ("karnopp", {"band": 2e-3}, "band: found 0.002 m/s; allowed: at most 0.001 m/s, the value of"),
-    ],
-)
-def test_friction_that_would_grow_as_surfaces_begin_to_slide_is_refused(law, wrong, reason):
-    friction = {"law": law} | STRIBECK | SMALL[law]
-    assert len(grid.load(cylinders(friction=friction), simulation.catalogue())) == 1
-    assert len(grid.load(cylinders(friction=friction | {"static_coefficient": 0.1}), simulation.catalogue())) == 1
-    (problem,) = problems(cylinders(friction=friction | wrong))
-    assert f"{JOINT}.friction.{reason}" in problem

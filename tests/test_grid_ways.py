@@ -178,25 +178,6 @@ def test_limits_are_read_in_si(at):
 
 # ------------------------------------------------------------------------------------------------- mistakes
 
-ROWS = f"{CLEARANCE} [mm],{SPEED} [rpm]\n0.1,60\n"
-
-
-ROWS = "".join(f"0.{k};600\n" for k in range(10, 60))
-
-
-@pytest.mark.parametrize(
-    ("header", "problem"),
-    [
-        (f"{CLEARANCE.replace('ance', 'ence')} [mm]", "is no key of this grid; did you mean"),
-        (f"{CLEARANCE} [N]", "has another dimension"),
-    ],
-    ids=["path", "unit"],
-)
-def test_a_wrong_header_is_one_problem(at, header, problem):
-    with pytest.raises(InputError, match=problem) as caught:
-        at("cases: cases.csv\n", f"{header};{SPEED} [rpm]\n{ROWS}")
-    assert len(caught.value.problems) == 1
-
 
 @pytest.mark.parametrize("encoding", ["latin-1", "utf-16"])
 def test_a_table_that_is_not_utf_8_says_how_to_save_it(at, encoding):

@@ -54,19 +54,6 @@ def test_every_usual_separator_and_decimal_sign_gives_the_same_cases(table, cont
     assert points(table(content)) == [pytest.approx(point, rel=1e-15) for point in expected]
 
 
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        (f"{SPEED}\n" + "".join(f"{k} bar\n" for k in range(100, 281)), "unit bar has another dimension"),
-        (f"{SPEED} [bar]\n" + "".join(f"{k}\n" for k in range(100, 281)), "cases.csv:1:1: .*unit bar has another"),
-    ],
-)
-def test_a_mistake_in_a_table_is_one_error(table, content, message):
-    with pytest.raises(InputError, match=message) as caught:
-        table(content)
-    assert len(caught.value.problems) == 1
-
-
 def test_headers_of_ones_own_are_mapped_to_paths(table):
     content = "gap;n [rpm]\n50;500\n60;600\n"
     cases = table(content, f"cases: {{table: cases.csv, columns: {{gap: '{GAP} [um]', n: {SPEED}}}}}\n")

@@ -420,28 +420,23 @@ def key_text(name: str, catalogue: Catalogue) -> str | None:
     sections = page_sections(catalogue)
     keys = [(path, row) for section in sections for path in section.paths for row in section.rows]
     requested = name.split(".")
-    matches_of_paths = {path: _match_kind(path.split("."), requested) for section in sections for path in section.paths}
-    rows = [(_match_kind([*path.split("."), *row.key.split(".")], requested), path, row) for path, row in keys]
-    if not any(matches_of_paths.values()) and not any(match_kind for match_kind, *_ in rows):
+    parts: list[tuple[str, PageSection | Row]] = [(path, section) for section in sections for path in section.paths]
+    paths_and_parts = [(path, path, part) for path, part in parts]
+    paths_and_parts += [(f"{path}.{row.key}", path, row) for path, row in keys]
+    kinds = [_match_kind(whole.split("."), requested) for whole, *_ in paths_and_parts]
+    accepted = "all" if "all" in kinds else "end"
+    found = [part for part, kind in zip(paths_and_parts, kinds, strict=True) if kind == accepted]
+    if not found:
         about = [(path, row) for path, row in keys if name in row.options and row.key == "type"]
         about = about or [(path, row) for path, row in keys if re.search(rf"\b{re.escape(name)}\b", row.text)]
-        rows = [("end", path, row) for path, row in about if len({row.key for _, row in about}) == 1]
-    has_exact_match = any(
-        match_kind == "all" for match_kind in (*matches_of_paths.values(), *(match_kind for match_kind, *_ in rows))
-    )
-    accepted = ("all",) if has_exact_match else ("all", "end")
+        found = [(f"{path}.{row.key}", path, row) for path, row in about if len({row.key for _, row in about}) == 1]
     blocks: dict[str, list[str]] = {}  # text -> its paths
-    for section in sections:
-        if matches := [path for path in section.paths if matches_of_paths[path] in accepted]:
-            blocks.setdefault(_section_text(section), []).extend(
-                _with_requested_names(path, requested) for path in matches
-            )
     examples: dict[str, str] = {}  # of the first path
-    for match_kind, path, row in rows:
-        if match_kind in accepted:
-            facts = _key_facts(row)
-            examples.setdefault(facts, _example(path, row, requested))
-            blocks.setdefault(facts, []).append(_with_requested_names(f"{path}.{row.key}", requested))
+    for whole, path, part in found:
+        text = _section_text(part) if isinstance(part, PageSection) else _key_facts(part)
+        if isinstance(part, Row):
+            examples.setdefault(text, _example(path, part, requested))
+        blocks.setdefault(text, []).append(_with_requested_names(whole, requested))
     texts: dict[str, list[str]] = {}
     for text, paths in blocks.items():
         example = examples.get(text)

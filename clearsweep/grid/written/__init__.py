@@ -6,7 +6,7 @@ import os
 import re
 import stat
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -212,18 +212,8 @@ _MERGE_KEY_TEXT = (
     "what grids share into a file and write `extends: FILE` at the top"
 )
 _TAG_PREFIX = "tag:yaml.org,2002:"
-_UNTAGGED_TYPES = {
-    "map",
-    "seq",
-    "str",
-    "int",
-    "float",
-    "bool",
-    "null",
-    "timestamp",
-    "merge",
-    "value",
-}  # types of values without a tag
+#: Types of values without a tag.
+_UNTAGGED_TYPES = {*"map seq str int float bool null timestamp merge value".split()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -548,11 +538,13 @@ def apply_overrides(root: WrittenValue, overrides: OverriddenGrid, problems: Pro
     for path, text in overrides.fixed.items():
         root = override(root, path, _read_yaml_text(f"{SET_OPTION} {path}", path, text, problems), problems)
     for path, text in overrides.swept.items():
-        root = _with_swept_path(
-            root,
-            path,
-            _read_yaml_text(f"{SWEEP_OPTION} {path}", path, text if text[:1] in "[{" else f"[{text}]", problems),
-        )
+        listed = text if text[:1] in "[{" else f"[{text}]"
+        values = _read_yaml_text(f"{SWEEP_OPTION} {path}", path, listed, problems)
+        section = root.value.get("sweep", WrittenValue({}, values.origin))
+        if isinstance(section.value, dict):  # else its problem is reported elsewhere
+            keys = {key: location for key, location in section.keys.items() if key != path}
+            with_axis = replace(section, value=section.value | {path: values}, keys=keys)
+            root = root.with_value(root.value | {"sweep": with_axis})
     return root
 
 
@@ -567,13 +559,10 @@ def _read_yaml_text(origin: str, path: str, text: str, problems: Problems) -> Wr
         raise InputError(f"{origin}: found {quoted(text)}, which is not valid YAML") from None
     except RecursionError:
         raise InputError(f"{origin}: found {quoted(text)}: {_TOO_DEEP}") from None
-    if node is not None:
-        _check_depth(node, origin)
-    return (
-        WrittenValue(None, origin)
-        if node is None
-        else _without_line(from_node(node, origin, path, problems, {}), origin)
-    )
+    if node is None:
+        return WrittenValue(None, origin)
+    _check_depth(node, origin)
+    return _without_line(from_node(node, origin, path, problems, {}), origin)
 
 
 def _without_line(written: WrittenValue, origin: str) -> WrittenValue:
@@ -584,16 +573,6 @@ def _without_line(written: WrittenValue, origin: str) -> WrittenValue:
     elif isinstance(value, list):
         value = [_without_line(item, origin) for item in value]
     return WrittenValue(value, origin)
-
-
-def _with_swept_path(root: WrittenValue, path: str, values: WrittenValue) -> WrittenValue:
-    """Return the document with these values for a path in `sweep`."""
-    section = root.value.get("sweep", WrittenValue({}, values.origin))
-    if not isinstance(section.value, dict):
-        return root  # its problem is reported elsewhere
-    keys = {key: location for key, location in section.keys.items() if key != path}
-    with_axis = WrittenValue(section.value | {path: values}, section.origin, section.line, section.column, keys)
-    return root.with_value(root.value | {"sweep": with_axis})
 
 
 def leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
