@@ -213,7 +213,7 @@ _MERGE_KEY_TEXT = (
 )
 _TAG_PREFIX = "tag:yaml.org,2002:"
 #: Types of values without a tag.
-_UNTAGGED_TYPES = {*"map seq str int float bool null timestamp merge value".split()}
+_UNTAGGED_TYPES = ("map", "seq", "str", "int", "float", "bool", "null", "timestamp", "merge", "value")
 
 
 @dataclass(frozen=True, slots=True)
