@@ -173,6 +173,20 @@ def test_a_lane_does_not_depend_on_its_neighbours(body):
     assert eight(x, y)[0] == before[0]
 
 
+@kernel
+def floor_above_its_lowest_bit(x, y):
+    return math.floor(x) // 2 + y
+
+
+def test_floors_of_numbers_beyond_integers_are_the_same_in_lanes_as_in_turn():
+    """As integers their lowest bits count, which numbers of this size do not have."""
+    x = np.array([math.nan, math.inf, -math.inf, 2.0**63, -(2.0**63), 2.0**63 - 1024.0, -1e300, -0.5])
+    first, eight = machine(floor_above_its_lowest_bit, 1), machine(floor_above_its_lowest_bit, WIDTH)
+    halves = np.array([0.0, 2.0**62, -(2.0**62), 2.0**62, -(2.0**62), 2.0**62 - 512.0, -(2.0**62), -1.0])
+    assert np.array_equal(eight(x, np.zeros(WIDTH)), halves)
+    assert np.array_equal(first(x, np.zeros(WIDTH)), halves)
+
+
 def test_what_cannot_be_traced_is_refused_with_file_line_and_statement():
     @kernel
     def odd(x, y):

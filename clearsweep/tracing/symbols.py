@@ -439,10 +439,15 @@ def truncate(x: Any) -> Any:
     """
     if not isinstance(x, Number):
         return x
-    types = llvm_type(INT64, x.width), llvm_type(DOUBLE, x.width)
-    name = "llvm.fptosi.sat.i64.f64" if x.width == 1 else f"llvm.fptosi.sat.v{x.width}i64.v{x.width}f64"
-    function = trace().intrinsic(name, types[0], [types[1]])
-    return Integer(trace().builder.call(function, [x.value]), x.width)
+    if x.width == 1:
+        function = trace().intrinsic("llvm.fptosi.sat.i64.f64", INT64, [DOUBLE])
+        return Integer(trace().builder.call(function, [x.value]))
+    # In lanes, LLVM would convert one lane after the other.
+    low, high = float(INTEGERS.start), float(INTEGERS.stop)
+    is_within = bit_and(compare(">=", x, low), compare("<", x, high))
+    within = trace().builder.fptosi(select(is_within, x, 0.0).value, llvm_type(INT64, x.width))
+    not_above = select(compare("<", x, low), INTEGERS[0], Integer(within, x.width))
+    return select(compare(">=", x, high), INTEGERS[-1], not_above)
 
 
 def bits_of(x: Number) -> Integer:
