@@ -20,7 +20,13 @@ from clearsweep.contracts.case import Wear
 from clearsweep.mechanics.coupling.rates import evaluate_motion
 from clearsweep.mechanics.joints import dry, registry
 from clearsweep.mechanics.joints.contract import every_contact
-from clearsweep.mechanics.joints.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
+from clearsweep.mechanics.joints.foundation import (
+    EdgeRows,
+    OverlapRows,
+    arc_at,
+    pressure_integral_over_load,
+    update_wear_under_arcs,
+)
 from clearsweep.mechanics.joints.worn import (
     GapWithAngles,
     WornJoint,
@@ -32,7 +38,7 @@ from clearsweep.mechanics.joints.worn import (
 from clearsweep.mechanics.laws.contract import PRESSED
 from clearsweep.mechanics.laws.elastic import elastic_energy, elastic_force
 from clearsweep.mechanics.wear import Bins, Worn, local_clearance
-from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, workspace_of
+from clearsweep.mechanics.wear.arc import POINTS, WORKSPACE_SIZE, workspace_of
 from clearsweep.mechanics.wear.shape import (
     CONFORMAL_MARGIN,
     CONFORMAL_WIDTH,
@@ -326,6 +332,17 @@ def room_at(on_bearing, on_journal, depth):
     return workspace
 
 
+def wear_under(worn, arcs, body, areas, bins):
+    """Return the depths (m) of `bins` bins of a body that is worn by `areas` (m rad) under arcs."""
+    depths, rows = np.zeros(bins), OverlapRows(np.zeros((OverlapRows.SIZE, POINTS)))
+    for i, arc in enumerate(arcs):
+        rows.numbers[:8, i] = (*arc[:2], *arc.body_angles, *arc[3:])
+    rows.area[: len(arcs)] = areas
+    bodys_bins, edge_rows = Bins(depths, 0, bins), EdgeRows(np.zeros((EdgeRows.SIZE, POINTS)))
+    update_wear_under_arcs(worn, rows, body, len(arcs), bodys_bins, edge_rows)
+    return depths
+
+
 def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
     worn = joint(BEARING.bins(), JOURNAL.bins(), BEDDED, elastic="winkler")
     x, y, angles = 1.5 * C, 0.3 * C, (0.3, -0.7)
@@ -335,8 +352,7 @@ def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
     edges = np.arange(BINS + 1) * 2.0 * math.pi / BINS
     fine = np.linspace(0.0, 2.0 * math.pi, 100 * BINS + 1)
     for body, angle in enumerate(angles):
-        depths = np.zeros(BINS)
-        update_wear_under_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS), np.zeros(8))
+        depths = wear_under(worn, [arc], body, [2e-9], BINS)
         assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(2e-9, rel=1e-12)
         before = np.append(
             0.0, np.cumsum(np.maximum(overlap(x, y, angles, fine[:-1] + angle + 0.5 * fine[1], ON_SPRINGS), 0.0))
@@ -346,6 +362,20 @@ def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
     f = np.maximum(overlap(x, y, angles, fine, ON_SPRINGS), 0.0)
     resultant = np.hypot(np.trapezoid(f * np.cos(fine), fine), np.trapezoid(f * np.sin(fine), fine))
     assert pressure_integral_over_load(worn, arc) == pytest.approx(np.trapezoid(f, fine) / resultant, rel=1e-7)
+
+
+def test_arcs_that_move_wear_each_bin_as_each_of_them_alone():
+    """Also one that does not touch, and where both bodies have turned many times."""
+    worn, places = joint(BEARING.bins(), JOURNAL.bins(), BEDDED, elastic="winkler"), np.linspace(0.3, 0.9, POINTS)
+    rooms = [room_at(40.0 + place, 6.0 * math.pi - 2.0 * place, (place - 0.4) * C) for place in places]
+    arcs, areas = [arc_at(worn, room, 0.5) for room in rooms], np.linspace(1e-9, 3e-9, POINTS)
+    areas[places <= 0.4] = 0.0
+    assert areas[0] == 0.0 < areas[-1]
+    for body in (0, 1):
+        alone = [wear_under(worn, [arc], body, [area], BINS) for arc, area in zip(arcs, areas, strict=True) if area]
+        together = wear_under(worn, arcs, body, areas, BINS)
+        assert together == pytest.approx(np.sum(alone, axis=0), rel=1e-9, abs=1e-9 * together.max())
+        assert together.sum() * 2.0 * math.pi / BINS == pytest.approx(areas.sum(), rel=1e-12)
 
 
 @pytest.mark.parametrize("depth", [1e-6, 1e-5, 1e-4, 1e-2, 0.3])
@@ -380,7 +410,7 @@ def run_in(bins, cycles, step=0.035):
         e = brentq(missing, C + wear_depth_at(worn.bearing.table, 0.0)[0] + 1e-3 * C, 6.0 * C, xtol=1e-9 * C)
         depth = nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth
         arc = arc_at(worn, room_at(0.0, 0.0, depth), 0.5)
-        update_wear_under_arc(worn, arc, 0, step * C, Bins(depths, 0, bins), np.zeros(8))
+        depths += wear_under(worn, [arc], 0, [step * C], bins)
     return depths
 
 

@@ -36,12 +36,22 @@ import numpy as np
 
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
-from ...tracing.compiled.choosing import direction, lane_range, rolled_range
+from ...tracing.compiled.choosing import direction, lane_range, rolled_range, where
 from ...tracing.compiled.dual import plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel
+from ...tracing.memory import Rows
 from ..laws.elastic import elastic_force
 from ..wear import SlidingContact, update_wear_over_span, wear_rate
-from ..wear.arc import NODES, POINTS, WEIGHTS, ArcRows, evaluate_polynomial, write_pressure
+from ..wear.arc import (
+    NODES,
+    POINTS,
+    WEIGHTS,
+    ArcRows,
+    evaluate_polynomial,
+    range_of_row,
+    row_sum,
+    write_pressure,
+)
 from ..wear.bins import update_wear_over_arc
 from ..wear.shape import KNOT_SPACING, Shape, wear_depth_at, wear_integral_at, wear_moments_at
 from .worn import (
@@ -240,6 +250,7 @@ def _seated_position_worn_on_foundation(joint, eccentricity, angles):
 
 
 MAX_DISTANCE = 0.25  # bins: an arc that moves less within a step counts as standing
+MIDDLE_AND_ENDS = np.array([0.0, -1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])  # of a span, half spans from its middle
 
 
 class Overlap(NamedTuple):
@@ -346,12 +357,9 @@ def pressure_integral_over_load(joint, arc):
     return arc.overlap_integral / resultant(joint, arc) if arc.overlap_integral > 0.0 else 0.0
 
 
-@kernel
-def sliding_contact_on(joint, workspace, arc, load_sum, fraction):
-    """Return the SlidingContact on an OverlapArc at a fraction (0 to 1) of a step.
-
-    load_sum : integral of the pressure over the arc over the magnitude of its resultant
-    """
+@inlined
+def sliding_contact_on(joint, workspace, arc, fraction):
+    """Return the SlidingContact on an OverlapArc at a fraction (0 to 1) of a step."""
     line_load = max(evaluate_polynomial(workspace.step.line_load, fraction), 0.0)
     sliding_distance = workspace.step.distance[0] + workspace.step.distance[1] * fraction
     return SlidingContact(
@@ -360,63 +368,130 @@ def sliding_contact_on(joint, workspace, arc, load_sum, fraction):
         sliding_speed=abs(evaluate_polynomial(workspace.step.slip, fraction)),
         friction_power=max(evaluate_polynomial(workspace.step.friction_power, fraction), 0.0),
         sliding_distance=sliding_distance,
-        pressure_integral=line_load * load_sum,
+        pressure_integral=line_load * pressure_integral_over_load(joint, arc),
         clearance=joint.clearance,
         half_angle=0.5 * (arc.stop_angle - arc.start_angle),
     )
 
 
+class OverlapRows(Rows):
+    """Rows of a span, each of POINTS numbers: OverlapArcs, and the wear of a body under them."""
+
+    cos_coefficient: float  # the fields of an OverlapArc
+    sin_coefficient: float
+    bearing_angle: float
+    journal_angle: float
+    start_angle: float
+    stop_angle: float
+    penetration: float
+    overlap_integral: float
+    fraction: float  # of the step, 0 to 1
+    area: float  # m rad, worn from the body
+    start: float  # rad, ends of the arc on the body
+    stop: float
+
+
+class EdgeRows(Rows):
+    """Rows of a body, each of POINTS numbers, from which its wear before an edge follows, and that wear."""
+
+    sine_coefficient: float  # m, of the sine and the cosine of the edge's angle
+    cosine_coefficient: float  # m
+    at_start: float  # m rad, antiderivative of f at the start of the arc, and c t
+    per_overlap: float  # 1, wear over the integral of f
+    between: float  # rad, angle of this body minus that of the other
+    worn: float  # m rad, wear before edges
+
+
+#: The rows of both in those of a body, free under this pressure.
+_FREE = ArcRows.index_of("rate")
+
+
 @kernel
-def write_wear_at(joint, workspace, arc, load_sum, node, time):
-    """Write the wear under an OverlapArc at a node of Lobatto's rule over a span; return its areas over the radii.
+def write_arcs(joint, workspace, arcs):
+    """Write the OverlapArcs at the fractions in their OverlapRows."""
+    for i in lane_range(POINTS):
+        arc = arc_at(joint, workspace, arcs.fraction[i])
+        for k, number in enumerate((*arc[:2], *arc.body_angles, *arc[3:])):
+            arcs.numbers[k, i] = number
 
-    load_sum : as in `sliding_contact_on`; time : (fraction of the step, duration (s) of the node without kappa)
-    """
-    fraction = time[0]
-    duration = time[1] * WEIGHTS[node] * max(evaluate_polynomial(workspace.step.kappa, fraction), 0.0)
-    width, bearing_area, journal_area = arc.stop_angle - arc.start_angle, 0.0, 0.0
-    mean_pressure, largest_pressure, speed = 0.0, 0.0, 0.0
-    if arc.overlap_integral > 0.0:
-        sliding = sliding_contact_on(joint, workspace, arc, load_sum, fraction)
-        bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
-        bearing_area = duration * bearing_rate / joint.bearing_radius
-        journal_area = duration * journal_rate / joint.journal_radius
-        pressure_sum, speed = sliding.pressure_integral / joint.bearing_radius, sliding.sliding_speed
-        mean_pressure = pressure_sum / width
-        # the largest pressure is where the surfaces overlap most
-        largest_pressure = pressure_sum * arc.penetration / arc.overlap_integral
-    write_pressure(workspace, node, (mean_pressure, largest_pressure), speed, duration)
-    workspace.bearing.half[node] = 0.5 * width
-    workspace.bearing.area[node], workspace.journal.area[node] = bearing_area, journal_area
-    return bearing_area, journal_area
+
+@inlined
+def arc_in(arcs, i):
+    """Return OverlapArc `i` of OverlapRows."""
+    numbers = tuple(arcs.numbers[k, i] for k in range(8))
+    return OverlapArc(numbers[0], numbers[1], numbers[2:4], *numbers[4:])
 
 
 @kernel
-def update_wear_under_arc(joint, arc, body, area_over_radius, bins, row):
-    """Add the wear of a body under an OverlapArc to its bins.
+def write_wear(joint, workspace, arcs, middle, half_span, step_length):
+    """Write the wear under the OverlapArc of each node of Lobatto's rule over a span, and its pressure.
 
-    body : 0 bearing, 1 journal; area_over_radius : worn cross-section (m^2) over the radius (m) of the body; row :
-    workspace, (POINTS,) wear before edges
+    middle, half_span : fractions of the step; step_length : s over kappa
     """
-    bin_angle, bins_per_radian, before = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
-    start_angle, stop_angle = arc.start_angle - arc.body_angles[body], arc.stop_angle - arc.body_angles[body]
-    first_bin, last_bin = math.floor(start_angle / bin_angle), math.floor(stop_angle / bin_angle)
-    integral_at_start = overlap_antiderivative(joint, arc, arc.start_angle)
-    wear_per_overlap = area_over_radius / arc.overlap_integral
-    bin_index, number = first_bin % bins.count, POINTS
+    for i in lane_range(POINTS):
+        arc, fraction = arc_in(arcs, i), middle + half_span * NODES[i]
+        duration = step_length * half_span * WEIGHTS[i] * max(evaluate_polynomial(workspace.step.kappa, fraction), 0.0)
+        width, bearing_area, journal_area = arc.stop_angle - arc.start_angle, 0.0, 0.0
+        mean_pressure, largest_pressure, speed = 0.0, 0.0, 0.0
+        if arc.overlap_integral > 0.0:
+            sliding = sliding_contact_on(joint, workspace, arc, fraction)
+            bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
+            bearing_area = duration * bearing_rate / joint.bearing_radius
+            journal_area = duration * journal_rate / joint.journal_radius
+            pressure_sum, speed = sliding.pressure_integral / joint.bearing_radius, sliding.sliding_speed
+            mean_pressure = pressure_sum / width
+            # the largest pressure is where the surfaces overlap most
+            largest_pressure = pressure_sum * arc.penetration / arc.overlap_integral
+        write_pressure(workspace, i, (mean_pressure, largest_pressure), speed, duration)
+        workspace.bearing.half[i] = 0.5 * width
+        workspace.bearing.area[i], workspace.journal.area[i] = bearing_area, journal_area
+
+
+@kernel
+def update_wear_under_arcs(joint, arcs, body, count, bins, rows):
+    """Add the wear of a body, 0 the bearing and 1 the journal, under the first `count` OverlapArcs to its bins.
+
+    arcs : OverlapRows with the worn areas; rows : EdgeRows, workspace.
+
+    With t and t' the angles of this and of the other body, an antiderivative of f at the angle e on the body is
+
+        (a cos t + b sin t) sin e + (a sin t - b cos t) cos e - c (e + t) - H(e) - H'(e + t - t') ,
+
+    H and H' : integrals of the wear of this and of the other body.
+    """
+    own, other = joint.wear.pressure[body], joint.wear.pressure[1 - body]
+    for i in lane_range(POINTS):
+        arc = arc_in(arcs, i)
+        turn, is_worn = arc.body_angles[body], arc.overlap_integral > 0.0
+        c, s = direction(turn)
+        rows.sine_coefficient[i] = arc.cos_coefficient * c + arc.sin_coefficient * s
+        rows.cosine_coefficient[i] = arc.cos_coefficient * s - arc.sin_coefficient * c
+        rows.at_start[i] = overlap_antiderivative(joint, arc, arc.start_angle) + joint.clearance * turn
+        rows.per_overlap[i] = where(is_worn, arcs.area[i] / where(is_worn, arc.overlap_integral, 1.0), 0.0)
+        rows.between[i] = turn - arc.body_angles[1 - body]
+        arcs.start[i] = where(is_worn, arc.start_angle - turn, math.inf)
+        arcs.stop[i] = where(is_worn, arc.stop_angle - turn, -math.inf)
+    bin_angle, bins_per_radian = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi)
+    first_bin = math.floor(range_of_row(arcs.start)[0] / bin_angle)
+    last_bin = math.floor(range_of_row(arcs.stop)[1] / bin_angle)
+    bin_index, number, before = first_bin % bins.count, POINTS, 0.0
     for edge_index in range(first_bin + 1, last_bin + 2):
-        if number == POINTS and edge_index <= last_bin:
+        if number == POINTS:
             number = 0
-            for i in lane_range(POINTS):
-                edge = (edge_index + i) * bin_angle + arc.body_angles[body]
-                worn = (overlap_antiderivative(joint, arc, edge) - integral_at_start) * wear_per_overlap
-                row[i] = min(max(worn, 0.0), area_over_radius)
-        cumulative = area_over_radius
-        if edge_index <= last_bin:
-            cumulative = row[number]
-            number += 1
-        bins.depths[bins.start + bin_index] += max(cumulative - before, 0.0) * bins_per_radian
-        before = cumulative
+            for k in lane_range(POINTS):
+                edge, total = (edge_index + k) * bin_angle, 0.0
+                c, s = direction(edge)
+                own_integral = joint.clearance * edge + wear_integral_at(own, edge)
+                for i in rolled_range(count):
+                    other_integral = wear_integral_at(other, edge + rows.between[i])
+                    overlap_integral = rows.sine_coefficient[i] * s + rows.cosine_coefficient[i] * c - rows.at_start[i]
+                    worn = (overlap_integral - (own_integral + other_integral)) * rows.per_overlap[i]
+                    worn = where(edge < arcs.stop[i], min(max(worn, 0.0), arcs.area[i]), arcs.area[i])
+                    total += where(edge > arcs.start[i], worn, 0.0)
+                rows.worn[k] = total
+        bins.depths[bins.start + bin_index] += max(rows.worn[number] - before, 0.0) * bins_per_radian
+        before = rows.worn[number]
+        number += 1
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
@@ -443,46 +518,27 @@ def distance_between(first, second):
 @update_worn_surfaces.member(Overlap)
 def _update_worn_surfaces_overlap(pressure, joint, workspace, step_length, span, bins):
     """Add the wear under the OverlapArc in the middle of the span, or at the nodes of Lobatto's rule if it moves."""
-    half_span, arcs, row = 0.5 * (span[1] - span[0]), workspace.journal.numbers, workspace.bearing.worn
-    middle, bin_angle = arc_at(joint, workspace, span[0] + half_span), 2.0 * math.pi / bins[0].count
+    half_span, middle = 0.5 * (span[1] - span[0]), span[0] + 0.5 * (span[1] - span[0])
+    arcs = OverlapRows(workspace.journal.numbers[_FREE : _FREE + OverlapRows.SIZE])
+    rows = EdgeRows(workspace.bearing.numbers[_FREE : _FREE + EdgeRows.SIZE])
     for i in lane_range(POINTS):
-        arc = arc_at(joint, workspace, span[0] + half_span * (1.0 + NODES[i]))
-        numbers = (*arc[:2], *arc.body_angles, *arc[3:])
-        for k in range(len(numbers)):
-            arcs[_ARCS + k, i] = numbers[k]
-    distance = max(
-        distance_between(middle, _stored_arc(arcs, 0)), distance_between(middle, _stored_arc(arcs, POINTS - 1))
-    )
-    is_steady = middle.overlap_integral > 0.0 and distance < MAX_DISTANCE * bin_angle
-    load_sum, bearing_area, journal_area = 0.0, 0.0, 0.0
+        arcs.fraction[i] = middle + half_span * MIDDLE_AND_ENDS[i]
+    write_arcs(joint, workspace, arcs)
+    arc = arc_in(arcs, 0)
+    distance = max(distance_between(arc, arc_in(arcs, 1)), distance_between(arc, arc_in(arcs, 2)))
+    is_steady = arc.overlap_integral > 0.0 and distance < MAX_DISTANCE * 2.0 * math.pi / bins[0].count
     if is_steady:
-        load_sum = pressure_integral_over_load(joint, middle)
+        for i in lane_range(POINTS):
+            for k, number in enumerate((*arc[:2], *arc.body_angles, *arc[3:])):
+                arcs.numbers[k, i] = number
     else:
         for i in lane_range(POINTS):
-            arcs[_ARCS + 8, i] = pressure_integral_over_load(joint, _stored_arc(arcs, i))
-    for i in rolled_range(POINTS):
-        time = span[0] + half_span * (1.0 + NODES[i]), step_length * half_span
-        if is_steady:
-            areas = write_wear_at(joint, workspace, middle, load_sum, i, time)
-            bearing_area, journal_area = bearing_area + areas[0], journal_area + areas[1]
-        else:
-            arc = _stored_arc(arcs, i)
-            areas = write_wear_at(joint, workspace, arc, arcs[_ARCS + 8, i], i, time)
-            if arc.overlap_integral > 0.0:
-                update_wear_under_arc(joint, arc, 0, areas[0], bins[0], row)
-                update_wear_under_arc(joint, arc, 1, areas[1], bins[1], row)
-    if is_steady:
-        update_wear_under_arc(joint, middle, 0, bearing_area, bins[0], row)
-        update_wear_under_arc(joint, middle, 1, journal_area, bins[1], row)
-
-
-#: First of the rows of the workspace, free under this pressure, with the numbers of an OverlapArc at every node, then
-#: the integral of the pressure over the load.
-_ARCS = ArcRows.index_of("rate")
-
-
-@inlined
-def _stored_arc(arcs, i):
-    """Return the OverlapArc at node `i`."""
-    numbers = tuple(arcs[_ARCS + k, i] for k in range(8))
-    return OverlapArc(numbers[0], numbers[1], numbers[2:4], *numbers[4:])
+            arcs.fraction[i] = middle + half_span * NODES[i]
+        write_arcs(joint, workspace, arcs)
+    write_wear(joint, workspace, arcs, middle, half_span, step_length)
+    for body, body_rows in enumerate((workspace.bearing, workspace.journal)):
+        total = row_sum(body_rows.area)
+        for i in lane_range(POINTS):
+            arcs.area[i] = where(is_steady, total, body_rows.area[i])
+        if total > 0.0:
+            update_wear_under_arcs(joint, arcs, body, 1 if is_steady else POINTS, bins[body], rows)
