@@ -180,6 +180,22 @@ def test_the_deepest_point_is_the_deepest_of_all_and_turns_with_its_bodies(size)
             assert (turned.depth, turned.nx, turned.ny) == pytest.approx((there.depth, -there.ny, there.nx), abs=1e-9)
 
 
+@pytest.mark.parametrize("size", [0.02, 0.4, 0.9, 1.15, 1.5])
+def test_the_deepest_point_is_the_same_from_wherever_it_was_found_last(size):
+    worn, angles = joint(BEARING.bins(), JOURNAL.bins()), (0.3, -0.7)
+    for direction in (0.1, 1.9, 4.0):
+        place = gap(size * C * math.cos(direction), size * C * math.sin(direction), angles, (0.02, -0.1, 30.0, -80.0))
+        expected = nearest(worn, place)
+        starts = (0.0, 3.0, 1e-7, -1e-5, 1e-3, -3e-3, 0.1, math.pi, 2.0 * math.pi)
+        for found in (np.array([expected.angle + offset]) for offset in starts):
+            for _ in range(2):
+                there = nearest(worn, place, found)
+                assert there.depth == pytest.approx(expected.depth, abs=1e-12 * C)
+                assert (there.nx, there.ny) == pytest.approx((expected.nx, expected.ny), abs=2e-8)
+                assert there.rate == pytest.approx(expected.rate, rel=1e-6)
+            assert math.remainder(found[0] - there.angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-15)
+
+
 def test_the_least_penetration_is_known_far_from_the_eccentricity():
     """Springs find their arc from it: a millionth of the clearance too much, and there is none where they look."""
     grooves, angles = np.zeros((2, BINS)), (0.3, -0.7)

@@ -16,7 +16,7 @@ class State(NamedTuple):
     """Eight states of a scene, as the stages of a step, and the results for them."""
 
     parameters: np.ndarray
-    nodes: np.ndarray  # (n + 1, STAGES)
+    nodes: np.ndarray  # (n + 1 + contacts, STAGES)
     mode: np.ndarray
     latched: np.ndarray
     k: np.ndarray  # (n, ROW_COUNT)
@@ -33,7 +33,7 @@ def states(scene, seed=7):
     size = np.zeros(n)
     size[:half], size[half : 2 * half], size[2 * half] = 0.3 * clearance, 0.1, 1e-4
     size[2 * half + 1 :] = math.sqrt(0.01 * clearance)
-    nodes = np.zeros((n + 1, STAGES))
+    nodes = np.zeros((n + 1 + contacts, STAGES))
     nodes[:n] = start + size[:, None] * drawn.normal(size=(n, STAGES))
     nodes[2 * half + 1 : n] = np.abs(nodes[2 * half + 1 : n])
     mode = drawn.integers(0, 2, size=contacts)
@@ -67,7 +67,7 @@ def rates_of(scene, state):
     result = State(*map(aligned, state))
     call = objects.function_at(code_of(scene, entries.rates_entry, "fifff").address, 5)
     for row in range(STAGES):
-        y = np.ascontiguousarray(result.nodes[:-1, row])
+        y = np.ascontiguousarray(result.nodes[: len(result.k), row])
         given = result.parameters, y, result.mode, result.latched, result.k, result.o
         call(*(array.ctypes.data for array in given), row)
     return result

@@ -36,6 +36,7 @@ from .dry import Gap, Joint, load_on_journal, no_load, normal_forces, register_s
 
 NEXT_TO_LAST_STEP = 0.004  # rad, a quarter of the smallest smoothing width: after a smaller step the next is the last
 MAX_LAST_STEP = 1e-4  # rad: largest last step, which is differentiated
+NEGLIGIBLE_STEP = 1e-6  # rad: a smaller step from where the deepest point was found last is the last one
 MAX_STEPS, MAX_BISECTIONS = 8, 60
 SAMPLES = 64  # samples round the bearing
 
@@ -108,19 +109,32 @@ def surfaces_of(joint):
     return Surfaces(joint.clearance, joint.bearing.table, joint.journal.table)
 
 
-@inlined
-def halley(surfaces, angle, body_angles, radial, tangential_distance):
-    """Return (step (rad) towards the deepest point, whether g is concave at `angle`, g (m) at `angle`).
+class Place(NamedTuple):
+    """The surfaces in a direction in space."""
 
-    body_angles : the angles of bearing and journal, rad
-    radial, tangential_distance : m, components of the eccentricity in the direction `angle`
-    """
-    bearing_wear, bearing_slope, bearing_curvature, bearing_third = wear_depth_at(
-        surfaces.bearing, angle - body_angles[0]
-    )
-    journal_wear, journal_slope, journal_curvature, journal_third = wear_depth_at(
-        surfaces.journal, angle - body_angles[1]
-    )
+    c: float  # cosine and sine of its angle
+    s: float
+    radial: float  # m, components of the eccentricity along it and across
+    tangential: float
+    bearing: tuple  # h (m) of the body and its first three derivatives
+    journal: tuple
+
+
+@inlined
+def place_at(joint, x, y, body_angles, angle):
+    """Return the Place at an angle (rad); x, y : m, of the journal; body_angles : rad, of bearing and journal."""
+    c, s = direction(angle)
+    bearing = wear_depth_at(joint.bearing.table, angle - body_angles[0])
+    journal = wear_depth_at(joint.journal.table, angle - body_angles[1])
+    return Place(c, s, x * c + y * s, y * c - x * s, bearing, journal)
+
+
+@inlined
+def halley(place):
+    """Return (step (rad) towards the deepest point, whether g is concave at a Place, g (m) there)."""
+    _, _, radial, tangential_distance, bearing, journal = place
+    bearing_wear, bearing_slope, bearing_curvature, bearing_third = bearing
+    journal_wear, journal_slope, journal_curvature, journal_third = journal
     curvature = radial + (bearing_curvature + journal_curvature)
     inverse_curvature = 1.0 / curvature
     step = (tangential_distance - (bearing_slope + journal_slope)) * inverse_curvature
@@ -156,46 +170,62 @@ def deepest_by_sampling(surfaces, x, y, body_angles):
 
 
 @inlined
-def deepest_angle(joint, x, y, body_angles, tolerance):
-    """Return the angle (rad) of the nearest point before the last step; tolerance : rad, of the next-to-last step."""
-    surfaces = surfaces_of(joint)
+def is_only_maximum(joint, square, overlap):
+    """Return whether a maximum of g is the only one; square : m^2, of the eccentricity; overlap : m, g there."""
     max_slope = joint.bearing.max_slope + joint.journal.max_slope
     max_curvature = joint.bearing.max_curvature + joint.journal.max_curvature
     min_radius = -(joint.bearing.min_radius_change + joint.journal.min_radius_change)
+    return overlap > min_radius or square > max_slope * max_slope + max_curvature * max_curvature
+
+
+@inlined
+def deepest_angle(joint, x, y, body_angles, tolerance):
+    """Return the angle (rad) of the nearest point before the last step; tolerance : rad, of the next-to-last step."""
     square, angle, is_converged = x * x + y * y, 0.0 * x, False
     if square > 0.0:
         start_angle = approximate_angle(y, x)
-        step, is_maximum, overlap = halley(surfaces, start_angle, body_angles, math.sqrt(square), 0.0)
+        start = place_at(joint, x, y, body_angles, start_angle)
+        step, is_maximum, overlap = halley(start._replace(radial=math.sqrt(square), tangential=0.0))
         angle = start_angle + step
         for _ in range(MAX_STEPS):
             if not (is_maximum and abs(angle - start_angle) < 0.5 * math.pi):
                 break
             if abs(step) < tolerance:
-                is_converged = overlap > min_radius or square > max_slope * max_slope + max_curvature * max_curvature
+                is_converged = is_only_maximum(joint, square, overlap)
                 break
-            c, s = direction(angle)
-            step, is_maximum, overlap = halley(surfaces, angle, body_angles, x * c + y * s, y * c - x * s)
+            step, is_maximum, overlap = halley(place_at(joint, x, y, body_angles, angle))
             angle += step
     if not is_converged:  # in some lane: what follows a return would be computed for none, too
-        angle = deepest_by_sampling(surfaces, x, y, body_angles)
+        angle = deepest_by_sampling(surfaces_of(joint), x, y, body_angles)
     return angle
 
 
 @inlined
-def nearest(joint, gap):
-    """Return the Nearest of a GapWithAngles, differentiable through the last Newton step."""
+def nearest(joint, gap, found=None):
+    """Return the Nearest of a GapWithAngles, differentiable through the last Newton step.
+
+    found : (1,) rad, its angle where it was found last, which is replaced; None if it is not known.
+    """
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
-    tolerance = MAX_LAST_STEP if isinstance(x, Dual) else NEXT_TO_LAST_STEP
-    angle = deepest_angle(joint, plain(x), plain(y), (plain(bearing_angle), plain(journal_angle)), tolerance)
-    c, s = direction(angle)
-    bearing_wear, bearing_slope, bearing_curvature, bearing_third = wear_depth_at(
-        joint.bearing.table, angle - bearing_angle
-    )
-    journal_wear, journal_slope, journal_curvature, journal_third = wear_depth_at(
-        joint.journal.table, angle - journal_angle
-    )
-    radial, tangential_distance = x * c + y * s, y * c - x * s
+    plain_angles = plain(bearing_angle), plain(journal_angle)
+    if found is None:
+        tolerance = MAX_LAST_STEP if isinstance(x, Dual) else NEXT_TO_LAST_STEP
+        angle = deepest_angle(joint, plain(x), plain(y), plain_angles, tolerance)
+        there = place_at(joint, x, y, (bearing_angle, journal_angle), angle)
+    else:
+        angle, there = found[0], place_at(joint, x, y, plain_angles, found[0])
+        step, is_maximum, overlap = halley(there)
+        is_near = is_maximum and there.radial > 0.0 and abs(step) < NEXT_TO_LAST_STEP
+        is_near = is_near and is_only_maximum(joint, x * x + y * y, overlap)
+        if not (is_near and abs(step) < NEGLIGIBLE_STEP):
+            angle += step
+            if not is_near:
+                angle = deepest_angle(joint, x, y, plain_angles, NEXT_TO_LAST_STEP)
+            there = place_at(joint, x, y, plain_angles, angle)
+    c, s, radial, tangential_distance, bearing, journal = there
+    bearing_wear, bearing_slope, bearing_curvature, bearing_third = bearing
+    journal_wear, journal_slope, journal_curvature, journal_third = journal
     residual = tangential_distance - (bearing_slope + journal_slope)
     curvature = plain(radial) + bearing_curvature + journal_curvature
     inverse_curvature = 1.0 / curvature if curvature > 0.0 else 0.0
@@ -203,6 +233,8 @@ def nearest(joint, gap):
     skew = plain(tangential_distance) + (bearing_third + journal_third)
     correction = correction - 0.5 * skew * inverse_curvature * correction * correction
     third_of_skew = skew * (1.0 / 3.0)
+    if found is not None:
+        found[0] = angle + correction
     cosine = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
     nx, ny = c * cosine - s * correction, s * cosine + c * correction
     radii = joint.bearing_radius + bearing_wear, joint.journal_radius - journal_wear
@@ -307,7 +339,7 @@ def _generalised_depth_worn_joint(joint, nearest_point, gap):
 
 
 @inlined
-def separate_load(joint, gap):
+def separate_load(joint, gap, found):
     """Return the Load of separate surfaces: zero, with their distance.
 
     Far from contact, beyond the variation of wear, the depth is that of the least worn point: it is never
@@ -321,7 +353,7 @@ def separate_load(joint, gap):
     depth = eccentricity - (joint.clearance + least_wear)
     rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
     if depth > least_wear - (joint.bearing.max_depth + joint.journal.max_depth):
-        nearest_point = nearest(joint, gap)
+        nearest_point = nearest(joint, gap, found)
         depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)
     no_depth = GeneralisedDepth(zero, zero, zero, zero, (zero, zero))
@@ -329,9 +361,9 @@ def separate_load(joint, gap):
 
 
 @inlined
-def worn_load(joint, gap, mode, pen, onset_rate):
-    """Return the Load of a worn joint in a touching mode, like `dry.joint_load` for circles."""
-    nearest_point = nearest(joint, gap)
+def worn_load(joint, gap, mode, pen, onset_rate, found=None):
+    """Return the Load of a worn joint in a touching mode, like `dry.joint_load` for circles; found : see `nearest`."""
+    nearest_point = nearest(joint, gap, found)
     generalised = generalised_depth(joint, nearest_point, gap)
     nx, ny, force_factor = generalised.nx, generalised.ny, generalised.force_factor
     rate = generalised_rate(generalised, joint, gap)
@@ -358,12 +390,13 @@ register_single_contact(WornOnFoundation)
 
 @load.member(WornJoint, WornOnFoundation)
 def _load_worn_joint_or_worn_on_foundation(joint, gap, offsets, state):
-    mode = state.mode[offsets.contact]
+    mode, contact = state.mode[offsets.contact], offsets.contact
+    found = None if state.found is None else state.found[contact : contact + 1]
     if mode == FREE:
-        return separate_load(joint, gap)
+        return separate_load(joint, gap, found)
     root = state.y[state.roots + offsets.contact]
     current = with_current_laws(joint, offsets, state)
-    return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
+    return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact], found)
 
 
 @contacts_at_speed.member(WornJoint, WornOnFoundation)

@@ -154,6 +154,7 @@ class Run:
         self.inputs[:] = start.inputs
         arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = inputs.initial_values, 0.0
         roots = scene.start[work.time + 1 :][: work.mode.size]
+        arrays["nodes"][work.y.size + 1 :] = 0.0  # nothing is found yet
         arrays["mode"][:] = np.where(roots > 0.0, work.pressed, work.apart) if scene.in_contact else work.apart
         arrays["has_friction"][:] = inputs.has_friction
         if scene.earlier_end is not None:

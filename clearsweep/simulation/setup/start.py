@@ -202,7 +202,7 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
     step_array_shapes = {
         "k": (n, ROW_COUNT),
         "o": (observed_width(value), ROW_COUNT),
-        "nodes": (n + 1, STAGES),
+        "nodes": (n + 1 + contacts, STAGES),
         "f": (n, STAGES),
         "polynomials": (ROWS, COEFFICIENTS),
         "step": (Step.SIZE,),
