@@ -12,7 +12,7 @@ import itertools
 import math
 import re
 from collections import namedtuple
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -36,11 +36,12 @@ from .sampled import GAIN, MASSES, SPEEDS, Range, attempted, checked, rebound, u
 
 FAMILIES = {kind: kind for kind in recorded.KINDS} | {"contact": "law"}
 VARIABLES = {"penetration": contract.depth_variable, "rate": contract.rate_variable, "slip": contract.slip_variable}
-MAKERS: dict[str, Callable[..., contract.Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
+WITHOUT_ADDRESS = "film", "load", "figure"  # kinds of laws that take or return other things than numbers
+MAKERS: dict[str, Callable[..., contract.Recipe]] = {}  # kind -> (law, its description) -> recipe
 
 
 def maker(kind: str) -> Callable[[Callable[..., contract.Recipe]], Callable[..., contract.Recipe]]:
-    """Return the decorator that registers the function which makes the recipe of a recorded law of a kind."""
+    """Return the decorator that registers the function which makes the recipe of an `Own` law of a kind."""
 
     def register(make: Callable[..., contract.Recipe]) -> Callable[..., contract.Recipe]:
         MAKERS[kind] = make
@@ -57,7 +58,11 @@ def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
     if digest not in contract.OWN_RECIPES:
         recipes: dict[tuple[str, str], contract.Recipe] = {}
         for law in records:
-            contract.enter(MAKERS[law.kind](law, description_of(law), digest), recipes)
+            if law.body is None and law.kind in WITHOUT_ADDRESS:
+                raise InputError(
+                    f"{law.place}: needs more than numbers, and a function of C has no more; write it in Python"
+                )
+            contract.enter(MAKERS[law.kind](Own(law, digest), description_of(law)), recipes)
         contract.OWN_RECIPES[digest] = recipes
     return tuple(recipe.law for recipe in contract.OWN_RECIPES[digest].values())
 
@@ -81,13 +86,58 @@ def description_of(law: recorded.Law) -> Law:
 # ---------------------------------------------------------------------------------------------- types and functions
 
 
-def type_of(law: recorded.Law, digest: str, role: str, fields: Sequence[str], states: int = 0) -> type:
-    """Return a new type for a law; role : what the type is for; the last `states` fields are internal, 0 at first."""
-    name = f"{law.kind}_{law.name.replace('-', '_')}_{role}_{digest}"
-    state_names = [f"state_{i}" for i in range(states)]
-    made = namedtuple(name, [*fields, *state_names], defaults=[0.0] * states, module=__name__)
-    globals()[name] = made  # where pickle looks for it
-    return made
+class Own:
+    """A recorded law, and the types and functions that are made of it; digest : hash of all that it depends on."""
+
+    def __init__(self, law: recorded.Law, digest: str) -> None:
+        """Store the law and the function (p, *arguments) that evaluates it."""
+        self.law, self.place, self.digest, self.evaluate = law, law.place, digest, function_of(law)
+
+    def type_of(self, role: str, fields: Sequence[str], states: int = 0) -> type:
+        """Return a new type; role : what it is for; the last `states` fields are internal, 0 at first."""
+        name = f"{self.law.kind}_{self.law.name.replace('-', '_')}_{role}_{self.digest}"
+        state_names = [f"state_{i}" for i in range(states)]
+        made = namedtuple(name, [*fields, *state_names], defaults=[0.0] * states, module=__name__)
+        globals()[name] = made  # where pickle looks for it
+        return made
+
+    def names(self, *further: str) -> tuple[str, ...]:
+        """Return the names of the numbers in the field `p` of the law's types."""
+        if self.law.body is None:
+            return "address", "parameters"
+        return (*(field.name for field in self.law.keys), *further)
+
+    @functools.cached_property
+    def values(self) -> type:
+        """The type of the field `p`."""
+        return self.type_of("values", self.names(*recorded.KINDS[self.law.kind].given))
+
+    def parameters(self, given: Mapping[str, float], *further: float, kind: type | None = None) -> Any:
+        """Return the field `p`: the numbers of the keys or, of a law with an address, this and that of its numbers."""
+        numbers = [float(x) for x in (*(given[field.name] for field in self.law.keys), *further)]
+        if self.law.body is None:
+            numbers = [float(recorded.address_of(self.law.function)), array_handle(np.array([*numbers, 0.0]))]
+        return (kind or self.values)(*numbers)
+
+    def check_traced(self, p: Any, *arguments: Any) -> None:
+        """Raise InputError, with the statement, if the law cannot be compiled; arguments : any of their form."""
+        body = self.law.body
+        if body is None or is_plain():
+            return
+
+        def entry(scene, _):
+            return body(*scene[0][1:], scene[0][0])
+
+        try:
+            trace_scene(entry, (p, *arguments), "")
+        except NotTraceableError as error:
+            raise InputError(f"{self.place}: {(error.places or [str(error)])[0]}") from None
+
+    def check_at(self, function: Callable[..., float], **places: Sequence[float]) -> None:
+        """Raise InputError if a function of the law is no finite number at one of the places of its arguments."""
+        sampled = checked(function, tuple(places), self.place)
+        for place in itertools.product(*places.values()):
+            sampled(*place)
 
 
 def function_of(law: recorded.Law) -> Callable:
@@ -104,24 +154,6 @@ def function_of(law: recorded.Law) -> Callable:
         return body(*arguments, p)
 
     return call_body
-
-
-def refuse_address(law: recorded.Law) -> None:
-    """Raise InputError for a law that is called by its address but takes or returns other things than numbers."""
-    if law.body is None:
-        raise InputError(f"{law.place}: needs more than numbers, and a function of C has no more; write it in Python")
-
-
-def parameters_of(law: recorded.Law, kind: type, numbers: Sequence[float]) -> Any:
-    """Return the field `p` of a law: its numbers or, of a law with an address, this and that of its numbers."""
-    if law.body is not None:
-        return kind(*map(float, numbers))
-    return kind(float(recorded.address_of(law.function)), array_handle(np.array([*map(float, numbers), 0.0])))
-
-
-def names_of(law: recorded.Law, *further: str) -> tuple[str, ...]:
-    """Return the names of the numbers in the field `p` of a law."""
-    return (*(field.name for field in law.keys), *further) if law.body is not None else ("address", "parameters")
 
 
 def declared_kinks(law: recorded.Law, variable: str, values: Any) -> tuple[float, ...]:
@@ -174,9 +206,8 @@ def parity_of(power: float) -> float:
 
 
 @maker("elastic")
-def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
-    kind, values = type_of(law, digest, "law", ("p", "parity", "kinks")), type_of(law, digest, "values", names_of(law))
-    evaluate = function_of(law)
+def _elastic_recipe(own: Own, description: Law) -> contract.Recipe:
+    law, evaluate, kind = own.law, own.evaluate, own.type_of("law", ("p", "parity", "kinks"))
 
     @elastic_force.member(kind)
     def force(elastic, pen):
@@ -186,13 +217,13 @@ def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> contrac
     register_kinks_of(law, kind)
 
     def make(joint):
-        p = parameters_of(law, values, [joint.contact.values[field.name] for field in law.keys])
+        p = own.parameters(joint.contact.values)
         parity = parity_of(power_at_zero(lambda depth: evaluate(p, depth)))
         return kind(p, parity, kink_values(law, joint.contact.values))
 
     def check(joint):
         elastic = make(joint)
-        check_traced(law, elastic.p, joint.clearance)
+        own.check_traced(elastic.p, joint.clearance)
         sampled_force = checked(lambda depth: force(elastic, depth), ("penetration",), law.place)
         remarks = _check_at_zero(sampled_force, joint, law)
         depths = _depths(joint.clearance)
@@ -224,31 +255,16 @@ def _check_at_zero(force: Callable, joint: Joint, law: recorded.Law) -> tuple[st
     return tuple(undeclared_kinks(force, Range("penetration", "m", 1e-6 * clearance, clearance), kinks, law.place))
 
 
-def check_traced(law: recorded.Law, p: Any, *arguments: Any) -> None:
-    """Raise InputError, with the statement, if a law cannot be compiled; arguments : any of their form."""
-    body = law.body
-    if body is None or is_plain():
-        return
-
-    def entry(scene, _):
-        return body(*scene[0][1:], scene[0][0])
-
-    try:
-        trace_scene(entry, (p, *arguments), "")
-    except NotTraceableError as error:
-        raise InputError(f"{law.place}: {(error.places or [str(error)])[0]}") from None
-
-
 # ---------------------------------------------------------------------------------------------- normal force
 
 
-def _values_type(law: recorded.Law, digest: str, further: tuple[str, ...]) -> type:
+def _values_type(own: Own, further: tuple[str, ...]) -> type:
     """Return the type of the field `p` of a contact law with further numbers, and with the elastic law of the joint."""
-    role, names = "_".join(("values", *further)), names_of(law, *further)
-    if law.body is None:
-        return type_of(law, digest, role, names)
+    role, names = "_".join(("values", *further)), own.names(*further)
+    if own.law.body is None:
+        return own.type_of(role, names)
 
-    class Values(type_of(law, digest, role, (*names, "elastic"))):
+    class Values(own.type_of(role, (*names, "elastic"))):
         __slots__ = ()
 
         def elastic_force(self, penetration):
@@ -264,12 +280,11 @@ SPEED_AT_ZERO = 0.1  # m/s, at which the power of a normal force at small penetr
 
 
 @maker("contact")
-def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
-    kind = type_of(law, digest, "law", ("p", "sign_past", "kinks"))
-    at_rest = type_of(law, digest, "at_rest", ("p", "parity"))
+def _contact_recipe(own: Own, description: Law) -> contract.Recipe:
+    law, evaluate, is_python = own.law, own.evaluate, own.law.body is not None
+    kind, at_rest = own.type_of("law", ("p", "sign_past", "kinks")), own.type_of("at_rest", ("p", "parity"))
     powers = ("stiffness", "exponent") if description.uses_elastic else ()
-    types = {names: _values_type(law, digest, names) for names in {powers, ()}}
-    evaluate, is_python = function_of(law), law.body is not None
+    types = {names: _values_type(own, names) for names in {powers, ()}}
 
     @contact_force.member(kind)
     def force(law, elastic, pen, rate, onset_rate):
@@ -285,14 +300,10 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> contrac
     register_kinks_of(law, kind)
 
     def parameters(joint):
-        values = joint.contact.values
-        numbers, names = [values[field.name] for field in law.keys], ()
+        values, further, names = joint.contact.values, [], ()
         if powers and joint.contact.elastic == "power":
-            numbers, names = (
-                [*numbers, contract.compile_law("elastic", "power", joint).stiffness, values["exponent"]],
-                powers,
-            )
-        return parameters_of(law, types[names], [*numbers, NO_ELASTIC] if is_python else numbers)
+            further, names = [contract.compile_law("elastic", "power", joint).stiffness, values["exponent"]], powers
+        return own.parameters(values, *further, *[NO_ELASTIC] * is_python, kind=types[names])
 
     def spring(joint):
         p = parameters(joint)
@@ -322,7 +333,7 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> contrac
                 f"{law.place}: uses p.{missing[0]}, which only elastic: power has; use p.elastic_force(penetration)"
             )
         p, elastic = parameters(joint), elastic_of(joint)
-        check_traced(law, p._replace(elastic=elastic) if is_python else p, joint.clearance, 0.1, 0.1)
+        own.check_traced(p._replace(elastic=elastic) if is_python else p, joint.clearance, 0.1, 0.1)
         return _check_contact(law, joint, bound(joint))
 
     own_spring = None if description.uses_elastic else spring
@@ -370,10 +381,9 @@ SETTLED_SLIP = 1.0  # m/s, at which the internal state that long sliding gives i
 
 
 @maker("friction")
-def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
-    fields = "p", "sign", "kinks", "scales"
-    kind = type_of(law, digest, "law", fields, law.states)
-    values, evaluate, count = type_of(law, digest, "values", names_of(law)), function_of(law), law.states
+def _friction_recipe(own: Own, description: Law) -> contract.Recipe:
+    law, evaluate, count, fields = own.law, own.evaluate, own.law.states, ("p", "sign", "kinks", "scales")
+    kind = own.type_of("law", fields, count)
 
     def state_of(friction):
         return friction[len(fields)] if count == 1 else friction[len(fields) :]
@@ -399,8 +409,7 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contra
 
     def make(joint):
         given = joint.friction.values
-        p = parameters_of(law, values, [given[field.name] for field in law.keys])
-        trial = kind(p, 1.0, kink_values(law, given), (1.0,) * count)
+        trial = kind(own.parameters(given), 1.0, kink_values(law, given), (1.0,) * count)
         if count:
             keys = [given[field.name] for field in law.keys]
             scales = [
@@ -422,7 +431,7 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> contra
             raise InputError(f"{law.place}: has states, which only joints with clearance keep")
         friction = make(joint)
         state = () if count == 0 else (state_of(friction),)
-        check_traced(law, friction.p, 1.0, 0.1, *state)
+        own.check_traced(friction.p, 1.0, 0.1, *state)
         if count:
             returned = attempted(lambda: _length(evaluate(friction.p, 1.0, 0.1, *state)), 2)
             if returned != 2:
@@ -475,11 +484,8 @@ def _as_quotient(number: float, keys: Sequence[float]) -> float:
 
 
 @maker("film")
-def _film_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
-    given = recorded.KINDS["film"].given
-    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law, *given))
-    evaluate = function_of(law)
-    refuse_address(law)
+def _film_recipe(own: Own, description: Law) -> contract.Recipe:
+    evaluate, kind = own.evaluate, own.type_of("law", ("p",))
 
     @film_force.member(kind)
     def force(film, motion):
@@ -488,23 +494,18 @@ def _film_recipe(law: recorded.Law, description: Law, digest: str) -> contract.R
 
     def make(joint):
         film = joint.film
-        keys = [film.own[field.name] for field in law.keys]
-        return kind(
-            parameters_of(law, values, [*keys, film.viscosity, joint.clearance, joint.bearing_radius, joint.length])
-        )
+        return kind(own.parameters(film.own, film.viscosity, joint.clearance, joint.bearing_radius, joint.length))
 
     def check(joint):
         film, zero = make(joint), 0.0
-        check_traced(law, film.p, 0.5 * joint.clearance, zero, 0.1, zero, 10.0)
+        own.check_traced(film.p, 0.5 * joint.clearance, zero, 0.1, zero, 10.0)
 
         def total(ratio, rate, speed):
             fx, fy = force(film, FilmMotion(ratio, 0.0, speed, ratio * joint.clearance, rate))
             return fx + fy
 
-        sampled_force = checked(total, ("ratio", "rate", "speed"), law.place)
         ratios, rates = (0.0, 0.01, 0.1, 0.5, 0.9, joint.film.limit), (-0.1, -1e-3, 0.0, 1e-3, 0.1)
-        for place in itertools.product(ratios, rates, (-100.0, 0.0, 100.0)):
-            sampled_force(*place)
+        own.check_at(total, ratio=ratios, rate=rates, speed=(-100.0, 0.0, 100.0))
         return ()
 
     return contract.Recipe(description._replace(needs=("length",)), (kind,), make, check=check)
@@ -517,13 +518,10 @@ contract.require("figure")  # runs as Python
 
 
 @maker("figure")
-def _figure_recipe(law: recorded.Law, description: Law, digest: str) -> contract.Recipe:
+def _figure_recipe(own: Own, description: Law) -> contract.Recipe:
     """Return the recipe of a figure; it makes a function (t, channels), which runs as Python."""
-    values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
-    refuse_address(law)
-
-    def make(figure):
-        p = parameters_of(law, values, [figure.values[field.name] for field in law.keys])
-        return functools.partial(evaluate, p)
-
-    return contract.Recipe(description, (functools.partial,), make)
+    return contract.Recipe(
+        description,
+        (functools.partial,),
+        lambda figure: functools.partial(own.evaluate, own.parameters(figure.values)),
+    )

@@ -8,12 +8,12 @@ pressure over the arc and over parts of it.  These are smooth functions without 
 by polynomials through their values, with the stated accuracy.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ... import laws as recorded
 from ...contracts.case import Joint
 from ...contracts.catalogue import Field, Law
 from ...language.errors import InputError
@@ -22,7 +22,7 @@ from ...tracing.compiled.family import inlined
 from ...tracing.portable import coefficients_through, exact, polynomial_through
 from ..laws import elastic
 from ..laws.contract import Recipe, compile_law, register
-from ..laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
+from ..laws.own import Own, maker
 from ..laws.sampled import attempted, checked
 from . import (
     MAX_BINS,
@@ -121,14 +121,14 @@ register(
 
 
 @maker("wear")
-def _own_wear_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+def _own_wear_recipe(own: Own, description: Law) -> Recipe:
     """Return the recipe of a recorded wear law, for both bodies alike.
 
     A law that is proportional to the pressure is exact for any pressure over the arc; any other is evaluated at the
     mean pressure on the bearing.
     """
-    kinds = [type_of(law, digest, role, ("p", *Archard._fields[2:], "radius")) for role in ("linear", "law")]
-    values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
+    kinds = [own.type_of(role, ("p", *Archard._fields[2:], "radius")) for role in ("linear", "law")]
+    evaluate = own.evaluate
 
     @wear_rate.member(kinds[0])
     def rate_of_sum(wear, sliding):
@@ -141,11 +141,8 @@ def _own_wear_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
         rate = width * evaluate(wear.p, sliding.pressure_integral / width, sliding.sliding_speed)
         return rate, rate
 
-    def parameters(joint):
-        return parameters_of(law, values, [joint.wear.values[field.name] for field in law.keys])
-
     def make(joint):
-        wear, p = joint.wear, parameters(joint)
+        wear, p = joint.wear, own.parameters(joint.wear.values)
 
         def largest_deviation():
             pairs = [(evaluate(p, 3.0 * x, v), 3.0 * evaluate(p, x, v)) for x in PRESSURES for v in SPEEDS]
@@ -157,13 +154,13 @@ def _own_wear_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
         return kinds[0 if is_linear else 1](p, *fields)
 
     def check(joint):
-        p = parameters(joint)
-        check_traced(law, p, 1e6, 0.1)
-        sampled_rate = checked(lambda pressure, slip: evaluate(p, pressure, slip), ("pressure", "slip"), law.place)
+        p = own.parameters(joint.wear.values)
+        own.check_traced(p, 1e6, 0.1)
+        sampled_rate = checked(functools.partial(evaluate, p), ("pressure", "slip"), own.place)
         for pressure in (0.0, *PRESSURES):
             for slip in (0.0, *SPEEDS):
                 if sampled_rate(pressure, slip) < 0.0:
-                    raise InputError(f"{law.place}: is below 0 at {pressure:g} Pa and {slip:g} m/s; wear adds nothing")
+                    raise InputError(f"{own.place}: is below 0 at {pressure:g} Pa and {slip:g} m/s; wear adds nothing")
         return ()
 
     return Recipe(description, tuple(kinds), make, check=check)

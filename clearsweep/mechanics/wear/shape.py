@@ -27,7 +27,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ... import laws as recorded
 from ...contracts.catalogue import Law
 from ...language.errors import InputError
 from ...tracing import portable
@@ -36,7 +35,7 @@ from ...tracing.compiled.dual import chain_rule, plain
 from ...tracing.compiled.family import inlined
 from ...tracing.compiled.pinned import array_handle, load_item, load_items
 from ..laws.contract import Recipe, require
-from ..laws.own import function_of, maker, names_of, parameters_of, type_of
+from ..laws.own import Own, maker
 from ..laws.sampled import checked
 
 if TYPE_CHECKING:
@@ -201,41 +200,39 @@ require("profile")  # no compiled family: its table is computed before compiling
 
 
 @maker("profile")
-def _profile_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+def _profile_recipe(own: Own, description: Law) -> Recipe:
     """Return the recipe of a bearing's shape: h as of wear, but of either sign.  The function runs as Python."""
-    values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
 
     def bound(joint):
-        p = parameters_of(law, values, [joint.profile.values[field.name] for field in law.keys])
-        return functools.partial(evaluate, p)
+        return functools.partial(own.evaluate, own.parameters(joint.profile.values))
 
     def make(joint):
         depth = bound(joint)
         return shape_of(np.array([depth(float(knot)) for knot in np.arange(KNOTS) * KNOT_SPACING]))
 
     def check(joint):
-        depth, turn = checked(bound(joint), ("angle",), law.place), 2.0 * math.pi
+        depth, turn = checked(bound(joint), ("angle",), own.place), 2.0 * math.pi
         angles = np.linspace(0.0, turn, 8 * KNOTS + 1)
         depths = np.array([depth(float(angle)) for angle in angles])
         span, jump = np.ptp(depths), abs(depths[-1] - depths[0])
         if jump > 1e-6 * max(span, abs(depths).max()):
-            raise InputError(f"{law.place}: jumps by {jump:.4g} m from angle 2 pi to angle 0; the bearing is closed")
+            raise InputError(f"{own.place}: jumps by {jump:.4g} m from angle 2 pi to angle 0; the bearing is closed")
         least = float(depths.min())
         if joint.clearance + least <= 0.0:
             raise InputError(
-                f"{law.place}: is {least:.4g} m at {angles[depths.argmin()]:.4g} rad, more than the clearance of "
+                f"{own.place}: is {least:.4g} m at {angles[depths.argmin()]:.4g} rad, more than the clearance of "
                 f"{joint.clearance:.4g} m: the journal in the middle would not fit"
             )
         change = least_radius_change(depths[:-1:8])
         if joint.clearance + change < POINT_MARGIN * joint.clearance:
             raise InputError(
-                f"{law.place}: the journal would touch at two places: clearance plus h + h'' falls to "
+                f"{own.place}: the journal would touch at two places: clearance plus h + h'' falls to "
                 f"{joint.clearance + change:.4g} m; it must stay above {POINT_MARGIN * joint.clearance:.4g} m, a tenth "
                 "of the clearance"
             )
         error = float(np.abs(spline_through(depths[:-1:8])(angles) - depths).max())
         is_fine = error <= 1e-2 * span + 1e-6 * joint.clearance
-        return () if is_fine else (f"{law.place}: {KNOTS} points miss its details by up to {error:.4g} m",)
+        return () if is_fine else (f"{own.place}: {KNOTS} points miss its details by up to {error:.4g} m",)
 
     return Recipe(description, (Shape,), make, check=check)
 

@@ -7,15 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .... import laws as recorded
 from ....contracts.catalogue import Law
 from ....contracts.machine import Constant, Motor, Path, Schedule
 from ....tracing.compiled.choosing import where
 from ....tracing.compiled.family import family, inlined, kernel
 from ....tracing.compiled.pinned import array_handle, cubic_at, cubic_rows
 from ...laws.contract import Recipe, require
-from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
-from ...laws.sampled import attempted, checked
+from ...laws.own import Own, maker
+from ...laws.sampled import attempted
 
 # ---------------------------------------------------------------------------------------------- given motions
 
@@ -135,23 +134,17 @@ require("motor", motor_torque)
 
 
 @maker("motor")
-def _motor_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
-    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law))
-    evaluate = function_of(law)
-
-    @motor_torque.member(kind)
-    def torque(motor, rate, time):
-        return evaluate(motor.p, rate, time)
+def _motor_recipe(own: Own, description: Law) -> Recipe:
+    evaluate, kind = own.evaluate, own.type_of("law", ("p",))
+    motor_torque.member(kind)(lambda motor, rate, time: evaluate(motor.p, rate, time))
 
     def make(drive):
-        return kind(parameters_of(law, values, [drive.values[field.name] for field in law.keys]))
+        return kind(own.parameters(drive.values))
 
     def check(drive):
         motor = make(drive)
-        check_traced(law, motor.p, 10.0, 0.1)
-        sampled_torque = checked(lambda rate, time: torque(motor, rate, time), ("speed", "t"), law.place)
-        for place in itertools.product((-1e4, -10.0, 0.0, 10.0, 1e4), (0.0, 0.1, 10.0)):
-            sampled_torque(*place)
+        own.check_traced(motor.p, 10.0, 0.1)
+        own.check_at(functools.partial(motor_torque, motor), speed=(-1e4, -10.0, 0.0, 10.0, 1e4), t=(0.0, 0.1, 10.0))
         return ()
 
     return Recipe(description, (kind,), make, check=check)

@@ -1,21 +1,18 @@
 """The compiled forms of the loads on a planar machine: types define where they act, values how large they are."""
 
-import itertools
 import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .... import laws as recorded
 from ....contracts.catalogue import Law
 from ....contracts.machine import BodyPoint, Braking, OwnPush, Push, Rubbing, Spring, TabledPush, TorsionSpring
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, load_items, row_of
 from ...laws.contract import Recipe, require
-from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, refuse_address, type_of
-from ...laws.sampled import checked
+from ...laws.own import Own, maker
 
 _QUANTITIES = 3  # quantities in a table: force x, y, torque
 _POWERS = 4  # coefficients of the polynomials between its rows
@@ -76,29 +73,25 @@ require("load", applied_load)
 
 
 @maker("load")
-def _load_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
-    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law))
-    evaluate = function_of(law)
-    refuse_address(law)
+def _load_recipe(own: Own, description: Law) -> Recipe:
+    evaluate, kind = own.evaluate, own.type_of("law", ("p",))
 
     @applied_load.member(kind)
     def load(law, time, angle, position, velocity):
         return evaluate(law.p, time, angle, position, velocity)
 
     def make(owner):
-        return kind(parameters_of(law, values, [owner.values[field.name] for field in law.keys]))
+        return kind(own.parameters(owner.values))
 
     def check(owner):
-        p, at_rest = make(owner).p, (0.0, 0.0)
-        check_traced(law, p, 0.1, 1.0, (0.1, 0.1), at_rest)
+        p = make(owner).p
+        own.check_traced(p, 0.1, 1.0, (0.1, 0.1), (0.0, 0.0))
 
         def total(time, angle, x, speed):
             fx, fy, torque = evaluate(p, time, angle, (x, 0.5 * x), (speed, -speed))
             return fx + fy + torque
 
-        sampled_load = checked(total, ("t", "angle", "x", "speed"), law.place)
-        for place in itertools.product((0.0, 0.01, 1.0), (0.0, 1.0, 3.0, 5.0), (0.0, 0.1), (0.0, 1.0)):
-            sampled_load(*place)
+        own.check_at(total, t=(0.0, 0.01, 1.0), angle=(0.0, 1.0, 3.0, 5.0), x=(0.0, 0.1), speed=(0.0, 1.0))
         return ()
 
     return Recipe(description, (kind,), make, check=check)
