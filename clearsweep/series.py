@@ -279,19 +279,16 @@ def wear_json(result: SeriesWear, wear_number: float | None = None) -> str:
 def wear_text(result: SeriesWear, wear_number: float | None = None) -> str:
     """Return the series with its depths as a fixed-width table, followed by remarks and notes."""
     columns, rules = result.series.columns, ("trapezoidal", "left", "right")
-    titles = ["time, s", "pressure, MPa", "speed, m/s", *(f"{rule}, um" for rule in rules)]
-    cells = [columns["time"], 1e-6 * result.pressure, columns["speed"], *(1e6 * result.depths[rule] for rule in rules)]
+    printed = {"time, s": columns["time"], "pressure, MPa": 1e-6 * result.pressure, "speed, m/s": columns["speed"]}
+    printed |= {f"{rule}, um": result.depths[rule] for rule in rules}
     if result.implied_coefficients is not None:
-        titles += ["table, um", "its k, m^2/N"]
-        cells += [1e6 * columns["depth"], np.concatenate([[np.nan], result.implied_coefficients])]
-    cells = [column[:_MAX_PRINTED_ROWS] for column in cells]
-    rows = [[f"{value:.4g}" for value in row] for row in zip(*cells, strict=True)]
-    depth_columns = slice(3, 7)
-    for row, values in zip(rows, zip(*cells, strict=True), strict=True):
-        row[depth_columns] = [_um_text(1e-6 * value) for value in values[depth_columns]]
-    rows = [["-" if cell == "nan" else cell for cell in row] for row in rows]
-    widths = [max(map(len, column)) for column in zip(titles, *rows, strict=True)]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in (titles, *rows)]
+        printed |= {"table, um": columns["depth"], "its k, m^2/N": np.append(np.nan, result.implied_coefficients)}
+    cells = []
+    for title, values in printed.items():
+        text_of = _um_text if title.endswith(", um") else "{:.4g}".format
+        texts = [title, *("-" if math.isnan(value) else text_of(value) for value in values[:_MAX_PRINTED_ROWS])]
+        cells.append([text.rjust(max(map(len, texts))) for text in texts])
+    lines = ["  ".join(row) for row in zip(*cells, strict=True)]
     if len(columns["time"]) > _MAX_PRINTED_ROWS:
         lines.append(f"... {len(columns['time']) - _MAX_PRINTED_ROWS:,} more rows; --json has all")
     dimensionless = "" if wear_number is None else f" (dimensionless {wear_number:.3g})"

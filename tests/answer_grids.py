@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import answer_oracle as oracle
 import pyarrow.parquet as pq
+from fake_physics import Fake
 from hypothesis import strategies as st
 from judged_cases import core_of
 from right_grids import grid_of
@@ -77,7 +78,7 @@ class Setting(NamedTuple):
     given: tuple[tuple[str, dict[str, float | None]], ...] = ()  # status and figures of every case, if they are given
 
 
-class MadeUp:
+class MadeUp(Fake):
     """A substitute for the mechanics; `outcomes`: text of a case -> status and figures."""
 
     def __init__(self, outcomes: dict[str, tuple[str, dict]], formula=None):
@@ -94,31 +95,9 @@ class MadeUp:
         return 0
 
     @staticmethod
-    def load():
-        """Do nothing."""
-
-    @staticmethod
-    def compile_for(case):
-        """Do nothing."""
-
-    @staticmethod
-    def compile_loop(case):
-        """Do nothing."""
-
-    @staticmethod
     def derived(case):
         """Return no values."""
         return {}
-
-    @staticmethod
-    def warnings(case):
-        """Return no sentences."""
-        return []
-
-    @staticmethod
-    def recommended(case):
-        """Return no sentences."""
-        return []
 
     @staticmethod
     def alternatives(case):

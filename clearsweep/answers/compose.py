@@ -18,8 +18,9 @@ from . import questions
 from .figure_sentences import coexisting
 from .judge import NOT_RUN, answer_on
 from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, named_value
-from .ranking import SEARCHES, START_UP, limits_of_record, ranking_of
+from .ranking import SEARCHES, START_UP, ranking_of
 from .sentences import sentences
+from .verdict import limits_and_figures_of
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
 
 MAX_UNRUN = 100_000  # cases of a grid up to which those that were not run are listed
@@ -120,7 +121,7 @@ def compose(source: Source) -> dict[str, Any]:
 
 def question_of(record: Mapping[str, Any], layout: Layout, paths: Sequence[str]) -> str:
     """Return the leading question of a grid; paths : those that vary."""
-    question = ranking_of(layout, limits_of_record(record), record).question
+    question = ranking_of(layout, limits_and_figures_of(record).limits, record).question
     if question in ("life", *SEARCHES):
         return question
     sample = record.get("sample") or {}

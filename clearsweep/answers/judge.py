@@ -5,7 +5,7 @@ The result of `answer_on` is a part of the answer: a dict of plain values that t
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -425,16 +425,3 @@ def _difference(finest: np.ndarray, coarser: np.ndarray) -> dict[str, Any] | Non
         "next": float(coarser[worst]),
         "difference": difference if np.isfinite(difference) else None,
     }
-
-
-def missing_groups(designs: Sequence[Mapping[str, Any]]) -> Iterator[tuple[Mapping[str, Any], str, int]]:
-    """Yield the values and the reason of what is missing, each once, with the number of designs that miss it."""
-    counts: dict[tuple, int] = {}
-    entries: dict[tuple, tuple[Mapping[str, Any], str]] = {}
-    for design in designs:
-        for entry in design["missing"]:
-            key = (tuple(entry["values"].items()), entry["why"])
-            counts[key] = counts.get(key, 0) + 1
-            entries[key] = entry["values"], entry["why"]
-    for key, (values, why) in entries.items():
-        yield values, why, counts[key]

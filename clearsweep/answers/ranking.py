@@ -8,7 +8,7 @@ import numpy as np
 from ..contracts.case import value_at
 from ..contracts.layout import JointLayout, Layout
 from ..language import wording
-from .verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, column_label, limits_and_figures_of
+from .verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, column_label
 
 #: The questions of a grid in order of precedence.  Start-up, film and force studies are recognised by their content,
 #: if there is no other question.
@@ -130,11 +130,6 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
         labels = tuple(label_by_name[name] for name in names)
         return CaseRanking("start-up", "Slowest start-up", labels, _LARGEST_IS_WORST, (Candidate("", names),))
     return _content_ranking(layout)
-
-
-def limits_of_record(record: Mapping[str, Any]) -> tuple[Limit, ...]:
-    """Return the limits of a run, from its run.json."""
-    return limits_and_figures_of(record).limits
 
 
 def _content_ranking(layout: Layout) -> CaseRanking:

@@ -5,7 +5,7 @@ from typing import Any
 
 from ..language import wording
 from . import figure_sentences
-from .judge import DIFFERS, FALLS, MIN_DIFFERENCE, MIXED, NONE, NOT_RUN, RISES, missing_groups
+from .judge import DIFFERS, FALLS, MIN_DIFFERENCE, MIXED, NONE, NOT_RUN, RISES
 from .verdict import capitalise
 from .words import (
     MAX_LENGTH,
@@ -177,11 +177,12 @@ def missing(answer: Answer, words: Words) -> Iterator[str]:
             "choose in `roles`."
         )
         return
-    groups = [
-        (values, why, [design for design in designs if {"values": values, "why": why} in design["missing"]])
-        for values, why, _ in missing_groups(designs)
-    ]
-    items = [_missing_text(answer, words, *group) for group in groups]
+    groups: dict[tuple, tuple[Mapping[str, Any], str, list[Mapping[str, Any]]]] = {}
+    for design in designs:
+        for lack in design["missing"]:
+            key = (*lack["values"].items(), lack["why"])
+            groups.setdefault(key, (lack["values"], lack["why"], []))[2].append(design)
+    items = [_missing_text(answer, words, *group) for group in groups.values()]
     if len(designs) == 1 and (total := designs[0]["missing_total"]) > MAX_GAPS:
         yield f"Undecided: {total} of {designs[0]['conditions']} conditions, such as: {items[0]}."
         return

@@ -75,13 +75,10 @@ class Limit:
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return the distance within the bound over its size, negative beyond it; NaN: unknown, or a bound of 0."""
-        largest_float = np.finfo(float).max
-        bounds, values = np.abs(self.limit_values(columns)), columns[self.column]
+        largest_float, bounds = np.finfo(float).max, np.abs(self.limit_values(columns))
         with np.errstate(all="ignore"):
-            distance = self.limit_values(columns) - values
-            distance = distance if self.kind == KINDS[0] else -distance
-            margin: np.ndarray = np.clip(distance / bounds, -largest_float, largest_float)
-        return np.where(np.isfinite(values) & np.isfinite(bounds) & (bounds > 0.0), margin, np.nan)
+            margin: np.ndarray = np.clip(-self.excess(columns) / bounds, -largest_float, largest_float)
+        return np.where(bounds > 0.0, margin, np.nan)
 
 
 def units_of(record: Mapping[str, Any]) -> dict[str, str]:

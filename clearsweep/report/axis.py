@@ -55,16 +55,17 @@ class Axis(NamedTuple):
 
     def number_text(self, value: float | str) -> str:
         """Return a value without its unit."""
-        if isinstance(value, str):
-            return value
-        number = self.scale.exact_number_text(value, self.digits) + self._fit_suffix(value)
-        return f"{self.labels[value]} ({number})" if value in self.labels else number
+        return self._named(value, self.scale.exact_number_text)
 
     def text(self, value: float | str) -> str:
         """Return a value with its unit."""
+        return self._named(value, self.scale.exact_text)
+
+    def _named(self, value: float | str, text_of: Callable[[float, int], str]) -> str:
+        """Return a value in words, with the name of its fit and its label."""
         if isinstance(value, str):
             return value
-        text = self.scale.exact_text(value, self.digits) + self._fit_suffix(value)
+        text = text_of(value, self.digits) + (f" ({self.names[value]})" if value in self.names else "")
         return f"{self.labels[value]} ({text})" if value in self.labels else text
 
     def short_text(self, value: float | str) -> str:
@@ -74,9 +75,6 @@ class Axis(NamedTuple):
         return (
             self.labels.get(value) or self.names.get(value) or wording.short_number_text(self.scale.from_si(value), 3)
         )
-
-    def _fit_suffix(self, value: float) -> str:
-        return f" ({self.names[value]})" if value in self.names else ""
 
     def values_text(self) -> str:
         """Return the values in a sentence: a few are listed with one unit; of many, the count and both ends."""

@@ -23,7 +23,7 @@ from ..language.errors import InputError
 from ..language.wording import is_missing
 from ..store import StoredRun
 from .axis import CACHED_VALUES, Axis
-from .study import Joint, Study, comparable_values, indices_by_value, joint_of, resolve_cases
+from .study import Joint, Study, comparable_values, indices_by_value, joint_of, known, resolve_cases
 
 # Main effects of swept values on a figure: medians over the values, share of the variation.
 
@@ -231,13 +231,8 @@ def yield_speed_sentence(study: Study, joint: Joint) -> str:
 
 def _has_strength(study: Study, joint: Joint) -> bool:
     """Return whether the strength of a joint's weaker body is known in any case; False without a finished case."""
-    if joint.layout.strength:
-        return True
-    try:
-        cases = resolve_cases(study, study.cases.index[:1])
-    except InputError:  # a law that this version does not know
-        return False
-    return any(joint_of(case, joint).strength is not None for case in cases)
+    cases = known(lambda: resolve_cases(study, study.cases.index[:1])) or ()
+    return joint.layout.strength or any(joint_of(case, joint).strength is not None for case in cases)
 
 
 def yield_speeds(study: Study, case_id: str, fastest: float) -> list[tuple[str, float]]:

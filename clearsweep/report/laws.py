@@ -10,14 +10,13 @@ from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN
 from ..contracts import case
 from ..contracts.case import value_at
 from ..language import wording
-from ..language.errors import InputError
 from .axis import PEAK, Axis
 from .blocks.section import Part, Picture
 from .blocks.table import Column, Quantity, Table, columns_of, count_cell
 from .draw import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, RED, comparison, set_plain_axes
 from .effects import MatchedCases, MatchedTable, axis_key
 from .plot import Axes
-from .study import Joint, Study, joint_with_laws, resolve_cases
+from .study import Joint, Study, joint_with_laws, known, resolve_cases
 
 # Compares the elastic laws in one joint: force over penetration, and the ratios of these forces.
 
@@ -45,9 +44,8 @@ def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
         study.cases.index[np.where(study.cases[axis.path] == law, shared_axis_values, -1).argmax()]
         for law in laws_with_cases
     ]
-    try:
-        sections = [joint_with_laws(resolved_case, joint) for resolved_case in resolve_cases(study, closest_case_ids)]
-    except InputError:
+    sections = known(lambda: [joint_with_laws(case, joint) for case in resolve_cases(study, closest_case_ids)])
+    if sections is None:
         return Part([UNKNOWN_LAW_TEXT], [], [])
     section_by_law = dict(zip(laws_with_cases, sections, strict=True))
     verdicts = {
@@ -66,9 +64,8 @@ def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
     if value_at(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
         return None
     hardest_case_id = study.cases.worst_case(joint.column(PEAK.figure))
-    try:
-        section = joint_with_laws(resolve_cases(study, [hardest_case_id])[0], joint)
-    except InputError:  # laws of another version, or of a law file
+    section = known(lambda: joint_with_laws(resolve_cases(study, [hardest_case_id])[0], joint))
+    if section is None:
         return None
     sections = simulation.elastic_choices(section)
     verdicts = _verdicts(study, joint, hardest_case_id, section)
@@ -263,16 +260,15 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     path = f"joints.{joint.title}.contact.restitution"
     laws = study.cases[axis.path]
     specified = np.asarray(study.cases.get(path, value_at(study.base, path)), float) + np.zeros(len(laws))
-    known = np.unique(specified[~np.isnan(specified)])
-    evenly = np.linspace(0, max(len(known) - 1, 0), MAX_VALUES).round().astype(int)
-    displayed = {None, *(known[np.unique(evenly)] if len(known) else known)}
+    values = np.unique(specified[~np.isnan(specified)])
+    evenly = np.linspace(0, max(len(values) - 1, 0), MAX_VALUES).round().astype(int)
+    displayed = {None, *(values[np.unique(evenly)] if len(values) else values)}
     points = [(law, None if np.isnan(value) else value) for law, value in zip(laws, specified.tolist(), strict=True)]
     representatives = {point: row for row, point in reversed([*enumerate(points)]) if point[1] in displayed}
     representatives = dict(sorted(representatives.items(), key=lambda entry: entry[1]))
-    try:
-        cases = resolve_cases(study, study.cases.index[list(representatives.values())])
-        sections = [joint_with_laws(case, joint) for case in cases]
-    except InputError:
+    case_ids = study.cases.index[list(representatives.values())]
+    sections = known(lambda: [joint_with_laws(case, joint) for case in resolve_cases(study, case_ids)])
+    if sections is None:
         return Part([UNKNOWN_LAW_TEXT], [], [])
     rows = []
     for point, section in zip(representatives, sections, strict=True):

@@ -150,7 +150,7 @@ def points_along_axis(study: Study, joint: Joint, axis: Axis, reference: str) ->
     indices = [index for index in cases_along_axis(study, axis, reference) if np.isfinite(values[index])]
     histories = [(index, poincare_points(study, joint, study.cases.index[index])) for index in indices]
     histories = [(index, points) for index, points in histories if points]
-    clearances = [_clearance(study, joint, study.cases.index[index]) for index, _ in histories]
+    clearances = [study.radial_clearance(study.cases.index[index], joint) for index, _ in histories]
     counts = [len(points["x"]) for _, points in histories]
 
     def concatenate(name: str) -> np.ndarray:
@@ -185,11 +185,6 @@ def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
     rows = np.flatnonzero(is_alike)
     rows = rows[np.argsort(study.cases[axis.path][rows], kind="stable")]
     return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MAX_CASES)).round().astype(int))].tolist()
-
-
-def _clearance(study: Study, joint: Joint, case_id: str) -> float:
-    value = study.radial_clearance(case_id, joint)
-    return np.nan if value is None else float(value)
 
 
 # Harmonics of the crank in a history.

@@ -36,7 +36,16 @@ from ..language.errors import DirectoryError, InputError
 from ..language.wording import is_missing
 from ..searches import base_laws
 from ..store import BlockedRun, SampledRun, StoredRun, answer_of
-from .axis import Axis, LeadingFigure, Rows, axes_of, dependent_values, index_on_axis, leading_figure, tried_paths
+from .axis import (
+    Axis,
+    LeadingFigure,
+    Rows,
+    axes_of,
+    dependent_values,
+    index_on_axis,
+    leading_figure,
+    tried_paths,
+)
 
 # A run prepared for reading: its axes in units for people, its finished and failed cases, its joints.
 
@@ -391,6 +400,20 @@ def resolve_cases(study: Study, case_ids: Iterable[str]) -> list[Case]:
         sections["sweep"] = sections.get("sweep", {}) | {path: list(end_values)}
     loaded = study.cases.cached(("resolved",), lambda: grid.load(sections, simulation.catalogue()))
     return [loaded.case_at({axis.path: study.value(case_id, axis.path) for axis in study.axes}) for case_id in case_ids]
+
+
+Known = TypeVar("Known")
+
+
+def known(compute: Callable[[], Known]) -> Known | None:
+    """Return a result that needs the mechanism and the laws of a case, or None where these are not known here.
+
+    They are those of another version, or of a law file that a report does not run.
+    """
+    try:
+        return compute()
+    except InputError:
+        return None
 
 
 def indices_by_value(value_indices: np.ndarray, count: int) -> list[np.ndarray]:

@@ -5,11 +5,8 @@ and groups.
 """
 
 import base64
-import contextlib
 import io
-import os
 import re
-from collections.abc import Iterator
 from typing import Any
 from xml.etree import ElementTree
 
@@ -22,6 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.transforms import Affine2D, Bbox, TransformedBbox
+
+from .paper import hidden_variable
 
 #: Letters are outlines in an SVG and an embedded TrueType font in a PDF, as journals require.
 SETTINGS: dict[Any, Any] = {
@@ -39,7 +38,7 @@ MARKS: dict[str, dict] = {
     "png": {"Software": "clearsweep"},
 }
 _ALIGNMENTS = {"start": "left", "middle": "center", "end": "right"}
-_STEPS = re.compile(r"[MLhvlZ]|-?\d[\d.]*(?:e[-+]?\d+)?")
+_STEPS = re.compile(r"([MLhvlZ])([^MLhvlZ]*)")
 
 
 def file_bytes(svg: str, form: str, scale: float, dots_per_inch: int) -> bytes:
@@ -47,22 +46,11 @@ def file_bytes(svg: str, form: str, scale: float, dots_per_inch: int) -> bytes:
     root = ElementTree.fromstring(svg)
     width, height = (scale / 72.0 * float(str(root.get(side)).removesuffix("pt")) for side in ("width", "height"))
     stream = io.BytesIO()
-    with rc_context(SETTINGS), _without_source_date():
+    with rc_context(SETTINGS), hidden_variable("SOURCE_DATE_EPOCH"):  # which matplotlib reads even if it writes no date
         figure = Figure(figsize=(width, height), dpi=dots_per_inch)
         _Drawing(figure, scale).add(root, (0.0, 0.0))
         figure.savefig(stream, format=form, dpi=dots_per_inch, metadata=MARKS[form])
     return stream.getvalue()
-
-
-@contextlib.contextmanager
-def _without_source_date() -> Iterator[None]:
-    """Hide SOURCE_DATE_EPOCH, which matplotlib reads even if it writes no date."""
-    date = os.environ.pop("SOURCE_DATE_EPOCH", None)
-    try:
-        yield
-    finally:
-        if date is not None:
-            os.environ["SOURCE_DATE_EPOCH"] = date
 
 
 class _Drawing:
@@ -206,25 +194,14 @@ def _shape(element: ElementTree.Element) -> Path:
 def _path(steps: str) -> Path:
     """Return the path of the steps M, L, h, v, l and Z of SVG."""
     vertices, codes, start, place = [], [], (0.0, 0.0), (0.0, 0.0)
-    tokens = iter(_STEPS.findall(steps))
-    for step in tokens:
-        if step == "Z":
-            vertices.append(start)
-            codes.append(Path.CLOSEPOLY)
-            place = start
-            continue
-        first = float(next(tokens))
-        second = float(next(tokens)) if step in "MLl" else 0.0
-        match step:
-            case "h":
-                place = place[0] + first, place[1]
-            case "v":
-                place = place[0], place[1] + first
-            case "l":
-                place = place[0] + first, place[1] + second
-            case _:
-                place = first, second
+    for step, text in _STEPS.findall(steps):
+        numbers = [float(number) for number in text.split()]
+        if step in "hvl":
+            right, down = (numbers[0] if step in "hl" else 0.0), (numbers[-1] if step in "vl" else 0.0)
+            place = place[0] + right, place[1] + down
+        else:
+            place = start if step == "Z" else (numbers[0], numbers[1])
         start = place if step == "M" else start
         vertices.append(place)
-        codes.append(Path.MOVETO if step == "M" else Path.LINETO)
+        codes.append({"M": Path.MOVETO, "Z": Path.CLOSEPOLY}.get(step, Path.LINETO))
     return Path(np.array(vertices, float).reshape(-1, 2), codes)

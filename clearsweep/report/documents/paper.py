@@ -1,10 +1,11 @@
 """The figures of a page as files for a paper, with the width of its column or page, and embedded fonts."""
 
+import contextlib
 import os
 import re
 import sys
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -122,19 +123,24 @@ def panels_svg(pictures: list[Picture], title: str = "") -> str:
 
 def _import_matplotlib() -> None:
     """Load matplotlib even if MPLBACKEND names an unknown backend: figures are drawn into files without a backend."""
-    backend = os.environ.get("MPLBACKEND")
-    try:
+    if "matplotlib" in sys.modules:
+        return
+    with hidden_variable("MPLBACKEND") as backend:
         import matplotlib
-    except ValueError:
-        if backend is None:
-            raise
-        for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
-            del sys.modules[name]  # partly loaded
-        del os.environ["MPLBACKEND"]
-        try:
-            import matplotlib  # noqa: F401
-        finally:
-            os.environ["MPLBACKEND"] = backend
+    if backend:
+        with contextlib.suppress(ValueError):
+            matplotlib.rcParams["backend"] = backend
+
+
+@contextlib.contextmanager
+def hidden_variable(name: str) -> Iterator[str | None]:
+    """Remove a variable of the environment for as long as this context lasts; return its value."""
+    value = os.environ.pop(name, None)
+    try:
+        yield value
+    finally:
+        if value is not None:
+            os.environ[name] = value
 
 
 def _table_cell(text: str) -> str:

@@ -66,11 +66,6 @@ def draw_colour_bar(ax: Axes, scale: ColourScale, name: str, *, integers_only: b
     side.formatter = lambda value: wording.short_number_text(value, 3)
 
 
-def draw_axis_colour_bar(ax: Axes, axis: Axis, scale: ColourScale) -> None:
-    """Draw the colour bar of the values of a grid axis, which are numbered on the scale."""
-    label_values(ax.add_colour_bar(scale, axis.label()), axis, np.arange(len(axis.values), dtype=float))
-
-
 def set_plain_axes(ax: Axes) -> None:
     """Draw a pale grid in the background, and no line at the top and right."""
     ax.set_grid(PALE, alpha=0.7)

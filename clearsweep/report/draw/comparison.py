@@ -13,7 +13,6 @@ from ..plot import Axes, ColourScale
 from . import (
     BLUE,
     MAX_LABELLED_TICKS,
-    draw_axis_colour_bar,
     label_values,
     label_with_unit,
     set_log_scale,
@@ -71,7 +70,7 @@ def draw_effect(
     if has_names:
         ax.set_xlim(-0.5, len(positions) - 0.5)
     label_abscissa(ax, axis, tick_positions)
-    if limits[0] > 0.0 and limits[1] > LOG_SCALE_RATIO * limits[0]:
+    if needs_log_scale(np.array(limits)):
         set_log_scale(ax, "y")
     ax.set_ylim(limits[0] / scale.factor * 0.9, limits[1] / scale.factor * 1.1)
     set_plain_axes(ax)
@@ -104,8 +103,8 @@ def draw_cloud(
         value_indices, axis = colour
         colours = ColourScale(0.0, float(max(len(axis.values) - 1, 1)))
         ax.scatter(x, y, values=value_indices, scale=colours, **style)
-        draw_axis_colour_bar(ax, axis, colours)
-    set_log_scale(ax, *(side for side, values in (("x", x), ("y", y)) if _needs_log_scale(values)))
+        label_values(ax.add_colour_bar(colours, axis.label()), axis, np.arange(len(axis.values), dtype=float))
+    set_log_scale(ax, *(side for side, values in (("x", x), ("y", y)) if needs_log_scale(values)))
     ax.set_labels(label_with_unit(names[0], scales[0]), label_with_unit(names[1], scales[1]))
     set_plain_axes(ax)
 
@@ -116,11 +115,11 @@ def without_covered_points(
     """Return the points of `draw_cloud` without covered ones, if they are many."""
     if len(x) <= MAX_POINTS:
         return x, y, colour
-    visible = visible_points(*(np.log(values) if _needs_log_scale(values) else values for values in (x, y)))
+    visible = visible_points(*(np.log(values) if needs_log_scale(values) else values for values in (x, y)))
     return x[visible], y[visible], colour and (colour[0][visible], colour[1])
 
 
-def _needs_log_scale(values: np.ndarray) -> bool:
+def needs_log_scale(values: np.ndarray) -> bool:
     """Return whether the spread of values requires a logarithmic scale."""
     known = values[np.isfinite(values)]
     return bool(known.size and known.min() > 0.0 and known.max() > LOG_SCALE_RATIO * known.min())

@@ -502,8 +502,3 @@ def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
         (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
     )
     return np.moveaxis(np.array(rows), -1, 0)
-
-
-def is_spatial(channels: Mapping, joint: str) -> bool:
-    """Return whether the channels are those of a spatial joint, named as in columns."""
-    return f"joints/{joint}/tilt" in channels

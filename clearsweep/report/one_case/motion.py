@@ -15,14 +15,13 @@ from ...contracts.case import column_name, value_at
 from ...contracts.catalogue import GROUND
 from ...contracts.layout import TIME, TORSIONAL, Column
 from ...language import wording
-from ...language.errors import InputError
 from ...store import StoredRun
 from .. import effects
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Picture, capitalise
 from ..draw import BLUE, GREY, INK, RED, draw_colour_bar, set_crank_angle_axis, set_plain_axes
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
-from ..study import Joint, Study, joint_with_laws, resolve_cases
-from .joints import bearing_pictures, is_spatial, spatial_pictures
+from ..study import Joint, Study, joint_with_laws, known, resolve_cases
+from .joints import bearing_pictures, spatial_pictures
 
 # Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 #
@@ -51,11 +50,16 @@ class History(NamedTuple):
         return np.asarray(self.channels[name], float)
 
     def painter(
-        self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
+        self,
+        values: np.ndarray,
+        unit: str,
+        name: str,
+        ideal: np.ndarray | None = None,
+        levels: Sequence[tuple[str, float]] = (),
     ) -> Callable[[Axes], None]:
         """Return a function that draws a quantity (SI) over the angle of the drive, or over time.
 
-        That is without rotation, and for a start-up.
+        That is without rotation, and for a start-up.  levels : names and heights of lines over the angle
         """
         angle = None if self.is_over_time else self.angle
 
@@ -64,15 +68,19 @@ class History(NamedTuple):
                 scale, time_scale = wording.scale(unit, values, speed="speed" in name), wording.scale("s", self.time)
                 abscissae, widths = self.time / time_scale.factor, (0.8, 1.2)
             else:
-                scale, abscissae, widths = wording.scale(unit, values), np.degrees(angle), (0.7, 1.4)
-            label = "" if ideal is None and angle is None else "with clearance"
+                scale = wording.scale(unit, [*values, *(level for _, level in levels)])
+                abscissae, widths = np.degrees(angle), (0.7, 1.4)
+            label = "" if ideal is None else "with clearance"
             ax.plot(abscissae, values / scale.factor, color=BLUE, linewidth=widths[0], label=label)
             if ideal is not None:
                 style: dict[str, Any] = {"color": RED, "linewidth": widths[1], "linestyle": "--", "label": "ideal"}
                 ax.plot(abscissae, ideal / scale.factor, **style)
             ax.yaxis.label = f"{name} [{scale.unit}]"
             if angle is not None:
-                set_crank_angle_axis(ax, angle, has_legend=ideal is not None)
+                for (level_name, level), colour, dash in zip(levels, (RED, INK), ("--", ":"), strict=False):
+                    style = {"color": colour, "linewidth": 1.1, "linestyle": dash, "label": level_name}
+                    ax.axhline(level / scale.factor, **style)
+                set_crank_angle_axis(ax, angle, has_legend=ideal is not None or bool(levels))
                 return
             ax.xaxis.label = f"time [{time_scale.unit}]"
             set_plain_axes(ax)
@@ -388,27 +396,19 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     if channel not in history.channels:
         return []
     force, joint_text = history.values(channel), study.joint_text(joint, ", joint {}")
-    angle, levels = history.angle, _reference_levels(study, case_id, joint)
     unit = study.run.layout.units[channel]
     quantity = "torque" if unit == "N*m" else "normal force"
-    abscissa, paint = "time", history.painter(force, unit, quantity)
-    if angle is not None and not history.is_over_time:
-        abscissa, paint = "crank angle", partial(_paint_force, angle=angle, force=force, levels=levels, unit=unit)
+    painted = history.painter(force, unit, quantity, levels=_reference_levels(study, case_id, joint))
+    is_over_time = history.angle is None or history.is_over_time
+
+    def paint(ax: Axes) -> None:
+        painted(ax)
+        if not is_over_time:
+            ax.set_ylim(0.0, None)
+
+    abscissa = "time" if is_over_time else "crank angle"
     alt = f"{capitalise(quantity)} over {abscissa}, at most {_largest_text(force, unit)} among the samples."
     return [Picture(f"{capitalise(quantity)}{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
-
-
-def _paint_force(
-    ax: Axes, angle: np.ndarray, force: np.ndarray, levels: Sequence[tuple[str, float]], unit: str
-) -> None:
-    """Draw the normal force (`unit`, N or N*m) over the crank angle (rad), with named levels as horizontal lines."""
-    scale = wording.scale(unit, [*force, *(level for _, level in levels)])
-    ax.plot(np.degrees(angle), force / scale.factor, color=BLUE, linewidth=0.7)
-    for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
-        ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
-    ax.yaxis.label = f"{'torque' if unit == 'N*m' else 'normal force'} [{scale.unit}]"
-    ax.set_ylim(0.0, None)
-    set_crank_angle_axis(ax, angle, has_legend=bool(levels))
 
 
 def _paint_orbit(ax: Axes, curve: tuple[np.ndarray, ...], clearance: float) -> None:
@@ -481,14 +481,11 @@ def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: f
 def _spatial_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
     """Return the pictures of a spatial joint: the axis of its journal, its tilt; [] unless all channels are stored."""
     is_complete = all(channel.name in history.channels for channel in study.run.layout.channels)
-    if history.angle is None or not is_complete or not is_spatial(history.channels, joint.name):
+    if history.angle is None or not is_complete or f"joints/{joint.name}/tilt" not in history.channels:
         return []
-    try:
-        case = resolve_cases(study, [case_id])[0]
-        spatial_joint = joint_with_laws(case, joint)
-    except InputError:  # mechanism or laws of another version, or laws of a law file
-        return []
-    return spatial_pictures(case, spatial_joint, history.values, history.angle)
+    case = known(lambda: resolve_cases(study, [case_id])[0])
+    spatial_joint = known(lambda: joint_with_laws(case, joint)) if case else None
+    return spatial_pictures(case, spatial_joint, history.values, history.angle) if case and spatial_joint else []
 
 
 def has_straight_walls(study: Study, joint: Joint) -> bool:
@@ -518,12 +515,12 @@ def _ideal_motion(study: Study, case_id: str, history: History) -> simulation.Id
     """Return the ideal mechanism at the samples of a case, or None if there is none or it is unknown."""
     if history.angle is None:
         return None
-    try:
-        case, angle = resolve_cases(study, [case_id])[0], history.angle + history.first_angle
-        key = ("ideal motion", case_id, angle.tobytes(), history.time.tobytes())
-        return study.cases.cached(key, lambda: simulation.ideal_motion(case, angle, history.time))
-    except InputError:  # mechanism or laws of another version, or a load or motor of a law file
-        return None
+    angle = history.angle + history.first_angle
+
+    def compute() -> simulation.IdealMotion | None:
+        return known(lambda: simulation.ideal_motion(resolve_cases(study, [case_id])[0], angle, history.time))
+
+    return study.cases.cached(("ideal motion", case_id, angle.tobytes(), history.time.tobytes()), compute)
 
 
 def _mechanism_channels(study: Study, history: History) -> list[Column]:

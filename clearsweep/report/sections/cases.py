@@ -10,11 +10,11 @@ from ...answers.verdict import MARGIN_COLUMN
 from ...contracts.layout import JointLayout
 from ...contracts.machine import GROUND
 from ...language import wording
-from ...language.errors import InputError
 from ...searches import SENSES
 from ..axis import Axis
 from ..blocks.section import Block, Detail, Interactive, Note, Section, capitalise, encode_floats
 from ..blocks.table import columns_in_table
+from ..draw.comparison import needs_log_scale
 from ..one_case.joints import loaded_elements
 from ..one_case.motion import (
     ORBIT_CHANNELS,
@@ -28,7 +28,7 @@ from ..one_case.motion import (
     onset_pictures,
     saved_channels,
 )
-from ..study import P99_OVER_IDEAL, Joint, Study, case_ranking_of, joint_of, resolve_cases, worst_case
+from ..study import P99_OVER_IDEAL, Joint, Study, case_ranking_of, joint_of, known, resolve_cases, worst_case
 
 # Data of the player of a page, which shows one case in motion.
 
@@ -111,10 +111,7 @@ def _shown_samples(study: Study, channels: Mapping) -> slice:
 
 def load_sketch(study: Study, case_id: str) -> simulation.Sketch | None:
     """Return the mechanism of a case at its start, or None if it has no picture or is from another version."""
-    try:
-        return simulation.sketch(resolve_cases(study, [case_id])[0])
-    except InputError:
-        return None
+    return known(lambda: simulation.sketch(resolve_cases(study, [case_id])[0]))
 
 
 def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
@@ -270,17 +267,15 @@ def case_sections(study: Study) -> list[Section]:
     shown_id = next(iter([*worst_ids, *_representative_case_ids(study)]), None)
     blocks: list[Block] = []
     if shown_id is not None:
-        shown = _details(study, [shown_id], {}, label) or [_without_history(study, shown_id, label)]
+        shown = _details(study, [shown_id], {}, label)
+        if not shown:  # without time histories: its figures, and the command that draws it
+            remark = NOT_SAVED.format(study.run.directory, wording.short_id(shown_id))
+            figures = _summary_values(study, shown_id)
+            shown = [Detail(label, shown_id, study.setting(shown_id), figures, [], note=remark)]
         blocks += [
             detail._replace(figures=[pair for pair in detail.figures if pair[0].endswith(FIRST)]) for detail in shown
         ]
     return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", blocks)]
-
-
-def _without_history(study: Study, case_id: str, label: str) -> Detail:
-    """Return a case without time histories: its figures, and the command that draws it."""
-    remark = NOT_SAVED.format(study.run.directory, wording.short_id(case_id))
-    return Detail(label, case_id, study.setting(case_id), _summary_values(study, case_id), [], note=remark)
 
 
 def other_cases_sections(study: Study) -> list[Section]:
@@ -359,7 +354,6 @@ MAX_CASES = 4_400  # cases: a page stays below 3 MB
 LEADING_ROWS = 8  # of the table where it is seen at once
 MAX_FIGURES_SHOWN = 5  # figures displayed at first, besides the swept values
 TABLES = ("forces", "wear", "output", "certainty")  # tables whose figures are available
-LOG_SCALE_RATIO = 8.0  # ratio of largest to smallest value above which an axis is logarithmic
 
 
 def leading_explorer_sections(study: Study) -> list[Section]:
@@ -474,6 +468,4 @@ def _figure_columns(study: Study, case_indices: np.ndarray) -> list[dict]:
 
 
 def _encoded_numbers(values: np.ndarray) -> dict:
-    finite = values[np.isfinite(values)]
-    is_wide = finite.size and finite.min() > 0.0 and finite.max() > LOG_SCALE_RATIO * finite.min()
-    return {"values": encode_floats(values), "wide": bool(is_wide)}
+    return {"values": encode_floats(values), "wide": needs_log_scale(values)}

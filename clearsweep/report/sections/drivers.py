@@ -1,5 +1,6 @@
 """What drives the figures: effects of each axis, trends of wear, one figure over another."""
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -87,9 +88,9 @@ def _has_shared_values(study: Study) -> bool:
 
 
 def _lead_pictures(study: Study) -> list[Picture]:
-    if study.lead is PEAK:
-        return _pictures(study, _FORCE_FIGURES, "force")
-    return _pictures(study, ((study.lead.figure, study.lead.name),), study.lead.name)
+    lead = study.lead
+    figures, name = (_FORCE_FIGURES, "force") if lead is PEAK else (((lead.figure, lead.name),), lead.name)
+    return _pictures(study, figures, name)
 
 
 def _unfolded_count(study: Study) -> int:
@@ -128,10 +129,14 @@ def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> 
     """Return one picture per axis, the strongest first; the first of the `figures`, (figure, name), has a band."""
     leading = study.most_loaded_joint().column(figures[0][0])
     curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects_of(study, leading)}
-    for joint_index, joint in enumerate(study.leading_joints):
-        for figure_index, (figure, figure_name) in enumerate(figures):
-            for curve in _curves(study, joint, joint_index, (figure, figure_name), band=figure_index == 0):
-                curves[curve.effect.axis.path].append(curve)
+    has_several_joints = len(study.joints) > 1  # then dashes are explained above the pictures
+    for joint, joint_colour in zip(study.leading_joints, itertools.cycle(JOINT_COLOURS)):
+        for figure, figure_name in figures:
+            column, has_band = joint.column(figure), figure == figures[0][0]
+            curve_name = (joint.title if has_band else "") if has_several_joints else figure_name
+            colour = joint_colour if has_several_joints or has_band else RED
+            for effect in main_effects_of(study, column) if study.has(column) else ():
+                curves[effect.axis.path].append(Curve(curve_name, colour, has_band, effect))
     edges = [edge for axis_curves in curves.values() for curve in axis_curves for edge in _band_edges(curve)]
     pictures, first_joint = [], study.joint_text(study.leading_joints[0], ", joint {}")
     for axis_curves in filter(None, curves.values()):
@@ -139,17 +144,6 @@ def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> 
         first_name = (study.lead.name if is_lead else "p99 / ideal") + first_joint
         pictures.append(_picture_over_axis(study, axis_curves, (name, first_name), _value_range(edges)))
     return pictures
-
-
-def _curves(study: Study, joint: Joint, joint_index: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
-    """Return the curves of one figure, (figure, name), of the joint with index `joint_index`, one for each axis."""
-    has_several_joints, column = len(study.joints) > 1, joint.column(figure[0])
-    if not study.has(column):
-        return []
-    colour = JOINT_COLOURS[joint_index % 3] if has_several_joints or band else RED
-    dashed_name = "" if has_several_joints else figure[1]  # what dashes represent is explained above the pictures
-    name = joint.title if has_several_joints and band else dashed_name
-    return [Curve(name, colour, band, effect) for effect in main_effects_of(study, column)]
 
 
 def effect_picture(study: Study, effect: MainEffect, name: str) -> Picture:

@@ -9,7 +9,6 @@ from ...answers.verdict import MARGIN_COLUMN
 from ...answers.words import case_margin_text
 from ...contracts.case import Case
 from ...language import wording
-from ...language.errors import InputError
 from ..axis import PEAK, Axis
 from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, section
 from ..blocks.table import Column, Quantity, Table, columns_of, count_cell
@@ -17,7 +16,7 @@ from ..draw import BLUE, RED, comparison, label_with_unit, set_log_scale
 from ..effects import MatchedCases, axis_key, main_effects_of, match_cases, positive_values
 from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
 from ..plot import Axes
-from ..study import Joint, Study, answer_of_study, joint_with_laws, resolve_cases, worst_case
+from ..study import Joint, Study, answer_of_study, joint_with_laws, known, resolve_cases, worst_case
 
 # Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values.
 
@@ -272,12 +271,9 @@ def _joint_recommendations(study: Study, joint: Joint) -> list[simulation.Recomm
     if not study.is_driven or not study.has(joint.column(PEAK.figure)):
         return []
     hardest = study.cases.worst_case(joint.column(PEAK.figure))
-    try:
-        section = joint_with_laws(resolve_cases(study, [hardest])[0], joint)
-    except InputError:  # laws of another version, or of a law file
-        return []
+    section = known(lambda: joint_with_laws(resolve_cases(study, [hardest])[0], joint))
     load = ideal_load(study, joint, hardest)
-    return simulation.recommendations_for(section, load) if section.is_dry else []
+    return simulation.recommendations_for(section, load) if section and section.is_dry else []
 
 
 # Elastic links: their stiffness and that of the contacts at their pins, and the effect of a rigid link on a peak.
@@ -294,12 +290,9 @@ def elastic_links_sections(study: Study) -> list[Section]:
         return []
     joint = study.most_loaded_joint()
     worst = study.worst(joint)
-    try:
-        (case,) = resolve_cases(study, [worst])
-    except InputError:  # of another version
-        return []
-    links = simulation.elastic_links(case)
-    if not links:
+    case = known(lambda: resolve_cases(study, [worst])[0])
+    links = simulation.elastic_links(case) if case else ()
+    if not case or not links:
         return []
     stiffness_sentence, estimated_effect = _stiffness_sentences(study, joint, worst, case, links)
     effect = _computed_effect_text(study, joint, worst) or estimated_effect
@@ -310,12 +303,9 @@ def elastic_links_sections(study: Study) -> list[Section]:
 def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:
     """Return the stiffness of a contact and of its links, and the effect of rigid links on an impact there."""
     links_at_joint = [link for link in links if joint.title in link.joints]
-    try:
-        contact = joint_with_laws(case, joint)
-    except InputError:  # laws of a law file
-        return "", ""
+    contact = known(lambda: joint_with_laws(case, joint))
     depth = float(study.cases.at(worst, joint.column("penetration_max")))
-    if not links_at_joint or not contact.is_dry or contact.is_guide or not depth > 0.0:
+    if not links_at_joint or not contact or not contact.is_dry or contact.is_guide or not depth > 0.0:
         return "", ""
     low, high = simulation.elastic_forces(contact, (depth * (1.0 - RELATIVE_STEP), depth * (1.0 + RELATIVE_STEP)))
     stiffness = (high - low) / (2.0 * RELATIVE_STEP * depth)
@@ -398,9 +388,8 @@ def bending_links_sections(study: Study) -> list[Section]:
         return []
     worst_column = max(columns, key=study.cases.largest)
     worst = study.cases.worst_case(worst_column)
-    try:
-        links = simulation.bending_links(resolve_cases(study, [worst])[0])
-    except InputError:  # of another version
+    links = known(lambda: simulation.bending_links(resolve_cases(study, [worst])[0]))
+    if links is None:
         return []
     hardest = max(links, key=lambda link: link.ratio)
     name = worst_column.removesuffix("_stress_max")

@@ -220,7 +220,7 @@ def _map_picture(study: Study, figure_map: FigureMap, value_range: tuple[float, 
     def paint(ax: Axes) -> None:
         numbers, texts = table / scale.factor, np.empty(table.shape, object)
         low, high = (end / scale.factor for end in value_range)
-        colours = ColourScale(low, high, is_log=low > 0.0 and high > comparison.LOG_SCALE_RATIO * low)
+        colours = ColourScale(low, high, is_log=comparison.needs_log_scale(np.array([low, high])))
         for place, value in np.ndenumerate(numbers):
             number = wording.number_text(value, 3) if np.isfinite(value) else wording.DASH
             texts[place] = CUT_OFF if np.isinf(value) else f"{number}\n{UNSAFE}" if unsafe[place] else number
@@ -354,7 +354,7 @@ def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axi
             ax.plot(positions, limit_values / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
         ax.set_labels(x_axis.label(), label_with_unit(plotted.name, scale))
         comparison.label_abscissa(ax, x_axis, positions)
-        if known_values.min() > 0.0 and known_values.max() > comparison.LOG_SCALE_RATIO * known_values.min():
+        if comparison.needs_log_scale(known_values):
             set_log_scale(ax, "y")
         elif known_values.min() >= 0.0:
             ax.set_ylim(0.0, 1.08 * known_values.max() / scale.factor or None)

@@ -93,13 +93,8 @@ def leading_sample_sections(study: Study) -> list[Section]:
 
 def _spread_sentences(study: Study, samples: list[Sample]) -> list[str]:
     """Return sentences with median and 90 % range of the leading figure, of limited figures, and of wear."""
-    texts = []
-    for figure in dict.fromkeys(
-        [
-            *_scattered_figures(study)[:1],
-            *(limited_figure for limited_figure in limited_figures(study) if limited_figure.limits),
-        ]
-    ):
+    texts, figures = [], limited_figures(study)
+    for figure in [figure for figure in figures if figure.limits] or figures[:1]:
         texts += [_spread_sentence(study, sample, figure, sample.figures[figure.column]) for sample in samples]
     for joint in study.joints:
         rate = joint.column("wear_rate_max")

@@ -9,7 +9,6 @@ import numpy as np
 
 from ... import grid
 from ...language import wording
-from ...language.errors import InputError
 from ...language.wording import is_missing
 from ..axis import PEAK, Axis, Rows, leaves
 from ..blocks.section import Block, Columns, Facts, Gallery, Note, Picture, Section, Sentences, section, without_empty
@@ -17,7 +16,7 @@ from ..blocks.table import Column, Quantity, Table, columns_of, count_cell
 from ..draw import BLUE, INK, set_log_scale, set_plain_axes
 from ..one_case.joints import mechanism_picture
 from ..plot import Axes
-from ..study import CASE_SECTIONS, Study, resolve_cases
+from ..study import CASE_SECTIONS, Study, known, resolve_cases
 
 # Setup of the run: swept, fixed and derived values, and the origin of the results.
 
@@ -124,10 +123,7 @@ def _provenance(study: Study) -> list[tuple[str, str]]:
 def mechanism_sections(study: Study) -> list[Section]:
     """Return the section, or [] if the mechanism has no picture, or is not known here."""
     first_case = [*study.cases.index[:1], *study.failed.index[:1]][:1]
-    try:
-        picture = mechanism_picture(resolve_cases(study, first_case)[0]) if first_case else None
-    except InputError:  # of another version
-        return []
+    picture = known(lambda: mechanism_picture(resolve_cases(study, first_case)[0])) if first_case else None
     return section("mechanism", "", Gallery("", [picture] if picture else []))
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from ... import simulation
 from ...contracts.vibration import BEARING_PARTS, NO_SEVERITY, SEVERITIES, ZONES, zone_of
 from ...language import wording
-from ...language.errors import InputError
 from ..axis import Axis
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Gallery, Picture, Section, section
 from ..blocks.table import Table, case_table, columns_in_table
@@ -19,7 +18,7 @@ from ..draw.comparison import MAP_SIZE, draw_kinds
 from ..effects import main_effects_of
 from ..one_case.motion import saved_channels
 from ..plot import Axes, ColourScale
-from ..study import Study, reduce_over_other_axes, resolve_cases
+from ..study import Study, known, reduce_over_other_axes, resolve_cases
 
 PEAK = "frame_force_peak"
 NOTE = (
@@ -84,10 +83,7 @@ def _force_pictures(study: Study, worst: str) -> Iterator[Picture]:
         angle = np.asarray(channels["crank_angle"], float)
         in_turn = angle > angle[-1] - 2.0 * np.pi
         force = np.array([np.asarray(channels[f"frame/force_{axis}"], float)[in_turn] for axis in "xy"])
-        try:
-            ideal = simulation.ideal_frame_force(resolve_cases(study, [worst])[0], angle[in_turn])
-        except InputError:  # mechanism or laws of another version, or a load or motor of a law file
-            ideal = None
+        ideal = known(lambda: simulation.ideal_frame_force(resolve_cases(study, [worst])[0], angle[in_turn]))
         peak = wording.quantity_text(float(np.hypot(*force).max()), "N")
         paths = {"with clearance": force} | ({} if ideal is None else {"ideal": ideal})
 
