@@ -114,6 +114,15 @@ def outline_of_document(root: WrittenValue) -> Outline:
     return outline_of(tree, [path for section in axis_sections for path in section.entries])
 
 
+def with_possible_forms(outline: Outline, catalogue: Catalogue) -> Outline:
+    """Return an outline whose motor and loads follow laws only if law files declare such laws."""
+    drive = "motor" if outline.drive == "motor-law" and not catalogue.of("motor") else outline.drive
+    if catalogue.of("load"):
+        return outline._replace(drive=drive)
+    loads = (load._replace(form="force") if load.form == "own" else load for load in outline.loads)
+    return outline._replace(drive=drive, loads=tuple(loads))
+
+
 def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
     """Yield the invalid names in the open section at `path`, each with the reason."""
     columns: dict[str, str] = {}

@@ -12,7 +12,7 @@ from ..keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, 
 from ..keys.joint_keys import REFUSED_SECTIONS
 from ..keys.key_table import table_of_keys
 from ..keys.library_names import find_varied_names, keys_of_names, replace_library_names, written_names
-from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, wrong_names
+from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, with_possible_forms, wrong_names
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
 from ..sections import Reader, find_added_cases, variations
 from ..sections.fits import replace_fits_by_clearances
@@ -45,7 +45,7 @@ def read_keys(
     root, definitions = resolve_definitions(root, problems, fixed_paths)
     root = with_damping_ratios(root, problems)
     own_figures = _own_figures(root, catalogue)
-    outline = outline_of_document(root)._replace(
+    outline = with_possible_forms(outline_of_document(root), catalogue)._replace(
         laws=catalogue.own_laws,
         figures=tuple(_figure_outline(name, entry, catalogue) for name, entry in own_figures.value.items()),
     )
@@ -253,6 +253,9 @@ def _unknown_key_text(reader: Reader, path: str, key_name: str, allowed: list[st
         )
     if (path, key_name) == ("mechanism", "mounts"):
         return "only the ground joints of a planar mechanism with a crank can yield; leave `mounts` out"
+    if key_name == "law" and (path == "drive.motor" or path.startswith("loads.")):
+        noun, other = ("motor", "a linear motor") if path == "drive.motor" else ("load", "force and torque")
+        return f"no law file declares a {noun}; name the file in `{LAWS}`, or leave law out for {other}"
     if key_name == "elastic" and path.startswith("mechanism."):
         elastic_text = "only a link between two pins of a planar mechanism can be elastic"
         return f"{elastic_text}; this one is rigid: leave `elastic` out"
