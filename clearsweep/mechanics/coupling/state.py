@@ -6,6 +6,7 @@ states, as these surfaces never part.
 
 import itertools
 
+from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, rate_or_slope
 from ...tracing.compiled.family import inlined, kernel, known
@@ -97,6 +98,8 @@ def time_scale(scene, y, mode):
         return where(touches(mode[0]), y[first_root] * (1.0 / scene.sigma), 1.0)
     if _has_elements(scene.joints):
         return _kappa_of_elements(scene, y, mode)
+    if _has_walls(scene.joints):
+        return _kappa_of_walls(scene, y, mode)
     if contacts > len(scene.joints):
         return kappa_of_corners(scene, y, mode)
     # contacts separate one by one
@@ -175,6 +178,22 @@ def _kappa_of_elements(scene, y, mode):
     return where(ratio > 0.5, 1.0 / where(ratio > 0.5, total, largest), 4.0 * (1.0 - ratio) / largest) / scene.sigma
 
 
+@kernel
+def _kappa_of_walls(scene, y, mode):
+    """Return kappa (s) of joints in space: 1/kappa = sigma times the root of the sum of 1/s^2 over all that touch.
+
+    A trial step past a separation has roots of opposite signs: this sum never crosses zero, that of 1/s does.
+    """
+    first_root, total, sign = 2 * len(scene.coordinates) + 1, 0.0, 1.0
+    for c in touchable_contacts(scene.joints):
+        if touches(mode[c]):
+            inverse = _inverse_root(y, first_root + c)
+            total, sign = total + inverse * inverse, where(inverse < 0.0, -sign, sign)
+    if total == 0.0:
+        return as_type_of(1.0, y[first_root])
+    return sign / (scene.sigma * calculus.sqrt(total))
+
+
 @known
 def touchable_contacts(joints):
     """Return the numbers of all contacts except those that only report."""
@@ -188,11 +207,17 @@ def _has_elements(joints):
     return any(hasattr(joint, "elements") for joint in joints)
 
 
+@known
+def _has_walls(joints):
+    """Return whether a joint is in space, where two walls and two flanges may touch."""
+    return any(hasattr(joint, "walls") for joint in joints)
+
+
 @kernel
 def kappa_over_root(scene, y, mode, kappa, contact):
     """Return kappa over the root of penetration of a touching contact, one of several, s/m^0.5, also of a root 0."""
     root_index = 2 * len(scene.coordinates) + 1 + contact
-    if _has_elements(scene.joints):
+    if _has_elements(scene.joints) or _has_walls(scene.joints):
         return kappa * _inverse_root(y, root_index)
     if contract.total_counts(scene.joints).contact == len(scene.joints):
         return product_of_other_roots(scene, y, mode, contact) * kappa_per_root_product(scene, y, mode)
