@@ -6,10 +6,11 @@ variable is not time but tau, with
 
     dt/dtau = kappa,   1/kappa = sigma * sum over contacts that touch of 1/s,   kappa = 1 without contact,
 
-and ds/dtau = kappa (rate + relaxation) / (2 s); in space it is the root of the sum of 1/s^2.  A Hertzian contact is
-singular in time: its force varies as t^1.5 at both ends, where any high-order method loses its order.  In tau it is smooth: the force is K s^3 and s crosses zero
-linearly.  So entry and separation are ordinary points, and the separation is a simple root.  The relaxation keeps s^2
-equal to the penetration that follows from the coordinates (Baumgarte 1972, one integration constant).
+and ds/dtau = kappa (rate + relaxation) / (2 s); in space the sum is the root of that of 1/s^2.  A Hertzian contact is
+singular in time: its force varies as t^1.5 at both ends, where any high-order method loses its order.  In tau it is
+smooth: the force is K s^3 and s crosses zero linearly.  So entry and separation are ordinary points, and the separation
+is a simple root.  The relaxation keeps s^2 equal to the penetration that follows from the coordinates (Baumgarte 1972,
+one integration constant).
 """
 
 from typing import NamedTuple
