@@ -11,8 +11,9 @@ since the rate of the depth is v . u + h_b' omega_b + h_j' omega_j: the stored e
 only the law dissipates energy.  Sliding is at the worn radii.
 
 The deepest point is where the slope of g = e . u(phi) - h is zero, e sin(gamma - phi) = h', found from the direction
-gamma of the eccentricity by Halley's method, of the third order, whose last step is differentiated.  This stationary
-point is the deepest point in two cases.  If e^2 > h'^2 + h''^2 at all angles, there is only one such point on that
+gamma of the eccentricity by Halley's method, of the third order, whose last step is differentiated.  A stage of a step
+is searched from where the last sweep found it, as long as that is near.  This stationary point is the deepest point in
+two cases.  If e^2 > h'^2 + h''^2 at all angles, there is only one such point on that
 side. With r the least h + h'', h - r is the support function of a convex region; so the directions with g > -r are one
 arc, and g has one maximum on it.  This is so wherever surfaces touch at one point, as c + r > 0.  Otherwise the journal
 is close to the centre compared with the wear, and the deepest of SAMPLES samples is refined within a bracket.
