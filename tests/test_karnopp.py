@@ -212,6 +212,18 @@ def test_a_tighter_tolerance_converges_and_energies_balance():
 
 
 @pytest.mark.compiled
+@pytest.mark.parametrize("joints", [JOINTS[2:], JOINTS[1:]], ids="+".join)
+def test_surfaces_that_stick_are_integrated_implicitly(joints):
+    explicit, implicit = (
+        clearsweep.simulate(crank(*joints, simulate__method=method, simulate__revolutions=0.05))
+        for method in ("explicit", "implicit")
+    )
+    assert explicit.status == implicit.status == "ok"
+    force = "rod_slider_force_rms"
+    assert implicit.summary[force] == pytest.approx(explicit.summary[force], rel=1e-5)
+
+
+@pytest.mark.compiled
 def test_surfaces_that_let_go_are_not_caught_at_once():
     smooth = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3}
     steps = [

@@ -188,12 +188,11 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
     for _ in range(MAX_SWEEPS if sticking_count > 1 else 1):
         largest_change = 0.0
         for j in range(len(limits)):
-            if (limits[j] == 0.0) | (limit_signs[j] != 0.0):
-                continue
-            force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
-            largest_change = max(largest_change, abs(force_change / limits[j]))
-            rates = tuple([rate + gain * force_change for rate, gain in zip(rates, gains[j], strict=True)])
-            forces = replaced(forces, j, forces[j] + force_change)
+            if (limits[j] != 0.0) & (limit_signs[j] == 0.0):
+                force_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
+                largest_change = max(largest_change, abs(force_change / limits[j]))
+                rates = tuple([rate + gain * force_change for rate, gain in zip(rates, gains[j], strict=True)])
+                forces = replaced(forces, j, forces[j] + force_change)
         if largest_change < FORCE_TOLERANCE:
             break
     stopping_forces = forces
