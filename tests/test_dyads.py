@@ -12,7 +12,7 @@ from clearsweep.contracts.machine import Aim, Body, Constant, Machine, Motor
 from clearsweep.mechanics.machines import planar
 from clearsweep.mechanics.machines.contract import pose_at
 from clearsweep.tracing.compiled.choosing import lane_range
-from clearsweep.tracing.compiled.dual import Dual, Seeded
+from clearsweep.tracing.compiled.dual import Dual, Seeded, slope
 from clearsweep.tracing.objects import machine_code
 
 LANES = 8
@@ -93,12 +93,17 @@ def test_a_dyad_is_where_newtons_method_puts_it(kind, data, turns, moved):
 @given(data=st.data(), turns=st.floats(-3.0, 3.0))
 def test_a_dyad_has_the_derivatives_of_newtons_method(kind, data, turns):
     value, y = built_of(data.draw(machines(kind)), turns)
-    for state in (Seeded(y, 0), [Dual(Dual(number, 0.3), Dual(1.0, 0.0)) for number in y]):
+    for state in (Seeded(y, 0), nested(y)):
         found, expected = (
             parts([*places, *rates])
             for places, rates in (numbers_of(pose_at(form, state)) for form in (value, value._replace(sides=())))
         )
         assert found == pytest.approx(expected, rel=0.0, abs=1e-11 * max(map(abs, expected)))
+
+
+def nested(y):
+    """Return a state whose numbers have slopes of slopes."""
+    return tuple([Dual(Dual(y[i], 0.3), Dual(1.0, 0.0)) for i in range(3)])
 
 
 def parts(numbers):
@@ -144,3 +149,19 @@ def test_eight_dyads_in_lanes_are_each_alone(kind, data, turns):
     directions_in_lanes(value, in_lanes, out)
     alone = [pose_at(value, in_lanes[:, i]).orientations[-1] for i in range(LANES)]
     assert out == pytest.approx(np.array([[part.c for part in alone], [part.s for part in alone]]), rel=0.0, abs=1e-15)
+
+
+def second_derivatives(value, y):
+    """Return mixed second derivatives of the direction of the last body, by two directions of the state."""
+    last = pose_at(value, nested(y)).orientations[-1]
+    return slope(slope(last.c)), slope(slope(last.s))
+
+
+compiled_derivatives = machine_code(second_derivatives)
+
+
+@pytest.mark.parametrize("kind", ["RRR", "RRP", "RPR"])
+@given(data=st.data(), turns=st.floats(-3.0, 3.0))
+def test_compiled_dyads_have_second_derivatives(kind, data, turns):
+    value, y = built_of(data.draw(machines(kind)), turns)
+    assert compiled_derivatives(value, y) == pytest.approx(second_derivatives(value, y), rel=1e-12, abs=1e-12)

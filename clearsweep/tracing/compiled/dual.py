@@ -125,7 +125,7 @@ def _absolute(a):
 
 def _sqrt(a):
     root = math.sqrt(a.value)
-    return Dual(root, 0.5 * a.slope / root if root != 0.0 or a.slope != 0.0 else 0.0)
+    return Dual(root, 0.5 * a.slope / root if (root != 0.0) | (a.slope != 0.0) else 0.0)
 
 
 def _tanh(a):

@@ -184,7 +184,7 @@ def assembly_of(machine: MachineType) -> Program:
 @kernel
 def _root(square):
     """Return a square root; nan of a negative number, where the loop does not close."""
-    return math.sqrt(where(square >= 0.0, square, math.nan))
+    return math.sqrt(where(square >= 0.0, square, math.nan * square))
 
 
 @kernel
