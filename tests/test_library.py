@@ -1,6 +1,8 @@
 """Materials, oils and wear pairs by name: values within their ranges, standards, what a case makes of a name."""
 
 import copy
+import re
+import runpy
 from pathlib import Path
 
 import pytest
@@ -13,12 +15,14 @@ from clearsweep import cli, grid, simulation
 from clearsweep import grid as grids
 from clearsweep.answers import validity
 from clearsweep.grid import library
-from clearsweep.grid.library import MATERIALS, hot_viscosity, warm_viscosity
+from clearsweep.grid.library import MATERIALS
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts
 
 ENTRIES = [(kind, entry) for kind, known in library.LIBRARIES.items() for entry in known.values()]
 BOTH = {"bearing": "CuSn8", "journal": "100Cr6"}
+OIL_TOOL = runpy.run_path(str(Path(__file__).parents[1] / "docs/tools/oils.py"))
+warm_viscosity = OIL_TOOL["warm_viscosity"]
 
 
 def with_joint(section, value, **more):
@@ -185,7 +189,11 @@ def test_a_grade_has_its_viscosity_at_40_degrees_and_index_95():
         values = library.OILS[f"ISO VG {grade}"].values
         assert values["at_40C"].typical == pytest.approx(grade * 1e-6)
         assert warm_viscosity(1e6 * values["at_100C"].typical, 95.0) == pytest.approx(grade, rel=1e-9)
-    assert hot_viscosity(46.0, 95.0) == pytest.approx(6.65, abs=0.05)  # 6.6 to 6.8 on data sheets
+    assert OIL_TOOL["hot_viscosity"](46.0, 95.0) == pytest.approx(6.65, abs=0.05)  # 6.6 to 6.8 on data sheets
+    numbers = re.compile(r"(?<=[ |])[\d.]+(?:e-\d+)?(?=[ |])")
+    made, stored = OIL_TOOL["table"](), OIL_TOOL["FILE"].read_text(encoding="utf-8")
+    assert numbers.sub("", made) == numbers.sub("", stored)
+    assert list(map(float, numbers.findall(made))) == pytest.approx(list(map(float, numbers.findall(stored))), 1e-12)
 
 
 def test_a_name_gives_the_case_of_its_numbers():

@@ -1,20 +1,17 @@
 """Materials, oils, wear pairs and rolling bearings by name: values with their ranges and sources."""
 
 import csv
-import math
 import re
 import textwrap
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from ...language.errors import InputError, did_you_mean, quoted
-from .fits import GROUPS, tables_of
+from .fits import GROUPS
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Materials, wear pairs and oils by name: typical values, each with its range.
-#
-# For oils, a standard fixes one viscosity and its tolerance; the other follows from a viscosity index by ASTM D2270.
 
 
 class Value(NamedTuple):
@@ -64,15 +61,24 @@ def _rows_of(name: str) -> "csv.DictReader[str]":
     return csv.DictReader(Path(__file__).with_name(name).read_text(encoding="utf-8").splitlines(), delimiter="|")
 
 
-def _material_entry(row: dict[str, str]) -> Entry:
-    values = {}
-    for key, unit, factor in _MATERIAL_COLUMNS:
-        typical, low, high = (float(number) * factor for number in row[key].split())
-        values[key] = Value(unit, typical, low, high)
-    return Entry(row["name"], row["summary"], values, _MATERIAL_SOURCES[row["source"]], row["checked"])
+def _entries_of(name: str, columns: Iterable[tuple[str, str, float]], sources: Mapping[str, str]) -> dict[str, Entry]:
+    """Return the entries of a file by name; columns : key, unit, factor from the file's unit to SI."""
+    return {
+        row["name"]: Entry(
+            row["name"],
+            row["summary"],
+            {
+                key: Value(unit, *(float(number) * factor for number in row[key].split()))
+                for key, unit, factor in columns
+            },
+            sources[row["source"]],
+            row["checked"],
+        )
+        for row in _rows_of(name)
+    }
 
 
-MATERIALS = {entry.name: entry for entry in map(_material_entry, _rows_of("materials.csv"))}
+MATERIALS = _entries_of("materials.csv", _MATERIAL_COLUMNS, _MATERIAL_SOURCES)
 
 
 _PAIR_SOURCES = {
@@ -99,97 +105,14 @@ PAIRS = {
 }
 
 
-VG_INDEX = 95.0  # viscosity index of a solvent-refined mineral oil (API group I)
-_VG_INDEX_RANGE = (90.0, 105.0)  # range for such oils
-#: Row by row the viscosity at 100 degC (mm^2/s) below which L and H are quadratic in it, and their coefficients.
-_D2270_ROWS = [tuple(map(float, (below, *numbers))) for below, numbers in tables_of("astm_d2270.txt")[0].items()]
-_D2270_CITATION = "viscosity index by ASTM D2270"
-_VG_SOURCE = f"ISO 3448 (viscosity at 40 degC within 10 %); {_D2270_CITATION}, 95 for a solvent-refined mineral oil"
-_VG_CHECKED = (
-    "the limits of the grades with a reprint of ISO 3448, three rows of the table of ASTM D2270 with a program that "
-    "has it; the density is from memory"
-)
-_VG_GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
-#: SAE grade -> lowest and highest viscosity at 100 degC (mm^2/s; SAE J300), viscosity index typical, low, high.
-_SAE_GRADES = {
-    "SAE 20": (6.9, 9.3, 100.0, 90.0, 110.0),
-    "SAE 30": (9.3, 12.5, 100.0, 90.0, 110.0),
-    "SAE 40": (12.5, 16.3, 100.0, 90.0, 110.0),
-    "SAE 50": (16.3, 21.9, 98.0, 90.0, 110.0),
-    "SAE 60": (21.9, 26.1, 98.0, 90.0, 110.0),
-    "SAE 5W-30": (9.3, 12.5, 165.0, 150.0, 180.0),
-    "SAE 10W-40": (12.5, 16.3, 155.0, 140.0, 170.0),
-    "SAE 15W-40": (12.5, 16.3, 138.0, 125.0, 150.0),
-    "SAE 20W-50": (16.3, 21.9, 125.0, 115.0, 140.0),
+_CITATION = "viscosity index by ASTM D2270"
+_OIL_SOURCES = {
+    "V": f"ISO 3448 (viscosity at 40 degC within 10 %); {_CITATION}, 95 for a solvent-refined mineral oil",
+    "S": f"SAE J300 (viscosity at 100 degC); {_CITATION}, typical of data sheets, without shear thinning",
 }
-_SAE_CHECKED = "the limits at 100 degC with reprints of SAE J300; the viscosity index and the density are from memory"
-_SAE_SOURCE = f"SAE J300 (viscosity at 100 degC); {_D2270_CITATION}, typical of data sheets, without shear thinning"
-
-
-def warm_viscosity(hot: float, index: float) -> float:
-    """Return the kinematic viscosity (mm^2/s) at 40 degC from that at 100 degC and the viscosity index.
-
-    Procedure A (VI up to 100, equation 3) and B (above, equations 4 and 5) of ASTM D2270, solved for U.
-    """
-    *_, a, b, c, d, e, f = next(row for row in _D2270_ROWS if hot < row[0])
-    viscosity_at_index_0, viscosity_at_index_100 = a * hot**2 + b * hot + c, d * hot**2 + e * hot + f
-    if index <= 100.0:
-        return viscosity_at_index_0 - index / 100.0 * (viscosity_at_index_0 - viscosity_at_index_100)
-    power = math.log10(1.0 + 0.00715 * (index - 100.0))
-    warm: float = viscosity_at_index_100 / hot**power
-    return warm
-
-
-def hot_viscosity(warm: float, index: float) -> float:
-    """Return the kinematic viscosity (mm^2/s) at 100 degC from that at 40 degC and the viscosity index.
-
-    It is found by bisection between 2 mm^2/s, the lower end of ASTM D2270, and `warm`.
-    """
-    low, high = 2.0, warm
-    for _ in range(80):
-        midpoint = 0.5 * (low + high)
-        low, high = (midpoint, high) if warm_viscosity(midpoint, index) < warm else (low, midpoint)
-    return 0.5 * (low + high)
-
-
-def _density_value(warm: float) -> Value:
-    """Return the density at 15 degC of a mineral oil: 850 kg/m^3 at 10 mm^2/s at 40 degC, and 30 more a decade."""
-    typical = float(round(850.0 + 30.0 * math.log10(warm / 10.0)))
-    return Value("kg/m^3", typical, 0.98 * typical, 1.02 * typical)
-
-
-def _viscosity_value(typical: float, low: float, high: float) -> Value:
-    """Return a kinematic viscosity with its range, in SI, from mm^2/s."""
-    return Value("m^2/s", 1e-6 * typical, 1e-6 * low, 1e-6 * high)
-
-
-def _vg_oil(grade: int) -> Entry:
-    lowest, highest = 0.9 * grade, 1.1 * grade
-    bounds = hot_viscosity(lowest, _VG_INDEX_RANGE[0]), hot_viscosity(highest, _VG_INDEX_RANGE[1])
-    values = {
-        "at_40C": _viscosity_value(grade, lowest, highest),
-        "at_100C": _viscosity_value(hot_viscosity(grade, VG_INDEX), *bounds),
-        "density": _density_value(grade),
-    }
-    return Entry(f"ISO VG {grade}", "mineral oil, viscosity index 95", values, _VG_SOURCE, _VG_CHECKED)
-
-
-def _sae_oil(name: str) -> Entry:
-    lowest_hot, highest_hot, index, lowest_index, highest_index = _SAE_GRADES[name]
-    midpoint = math.sqrt(lowest_hot * highest_hot)
-    values = {
-        "at_40C": _viscosity_value(
-            warm_viscosity(midpoint, index),
-            warm_viscosity(lowest_hot, highest_index),
-            warm_viscosity(highest_hot, lowest_index),
-        ),
-        "at_100C": _viscosity_value(midpoint, lowest_hot, highest_hot),
-        "density": _density_value(warm_viscosity(midpoint, index)),
-    }
-    return Entry(name, f"engine oil, viscosity index {index:g}", values, _SAE_SOURCE, _SAE_CHECKED)
-
-
-OILS = {entry.name: entry for entry in (*map(_vg_oil, _VG_GRADES), *map(_sae_oil, _SAE_GRADES))}
+_OIL_COLUMNS = (("at_40C", "m^2/s", 1.0), ("at_100C", "m^2/s", 1.0), ("density", "kg/m^3", 1.0))
+#: The file is made by docs/tools/oils.py.
+OILS = _entries_of("oils.csv", _OIL_COLUMNS, _OIL_SOURCES)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
