@@ -420,19 +420,20 @@ def key_text(name: str, catalogue: Catalogue) -> str | None:
     sections = page_sections(catalogue)
     keys = [(path, row) for section in sections for path in section.paths for row in section.rows]
     requested = name.split(".")
-    parts: list[tuple[str, PageSection | Row]] = [(path, section) for section in sections for path in section.paths]
-    paths_and_parts = [(path, path, part) for path, part in parts]
-    paths_and_parts += [(f"{path}.{row.key}", path, row) for path, row in keys]
-    kinds = [_match_kind(whole.split("."), requested) for whole, *_ in paths_and_parts]
+    described: list[tuple[str, str, PageSection | Row]] = [
+        (path, path, section) for section in sections for path in section.paths
+    ]
+    described += [(f"{path}.{row.key}", path, row) for path, row in keys]
+    kinds = [_match_kind(whole.split("."), requested) for whole, *_ in described]
     accepted = "all" if "all" in kinds else "end"
-    found = [part for part, kind in zip(paths_and_parts, kinds, strict=True) if kind == accepted]
-    if not found:
+    matching = [part for part, kind in zip(described, kinds, strict=True) if kind == accepted]
+    if not matching:
         about = [(path, row) for path, row in keys if name in row.options and row.key == "type"]
         about = about or [(path, row) for path, row in keys if re.search(rf"\b{re.escape(name)}\b", row.text)]
-        found = [(f"{path}.{row.key}", path, row) for path, row in about if len({row.key for _, row in about}) == 1]
+        matching = [(f"{path}.{row.key}", path, row) for path, row in about if len({row.key for _, row in about}) == 1]
     blocks: dict[str, list[str]] = {}  # text -> its paths
     examples: dict[str, str] = {}  # of the first path
-    for whole, path, part in found:
+    for whole, path, part in matching:
         text = _section_text(part) if isinstance(part, PageSection) else _key_facts(part)
         if isinstance(part, Row):
             examples.setdefault(text, _example(path, part, requested))
