@@ -163,11 +163,6 @@ def test_reference_forces(name):
     assert got == pytest.approx(FORCES[name], rel=2e-4)
 
 
-def test_the_choice_of_law_alone_moves_the_force_fourteenfold_at_a_micrometre():
-    at_one = [FORCES[name][1] for name in FORCES]
-    assert max(at_one) / min(at_one) > 14.0
-
-
 # ---------------------------------------------------------------------------------------------- line contact
 
 
@@ -178,9 +173,8 @@ def test_lower_branch_of_lambert_is_accurate_from_tiny_arguments_to_the_end():
         assert -1.0 / inverse_lambert(w) == pytest.approx(lambertw(-w, -1).real, rel=4e-15)
 
 
-@pytest.mark.parametrize("constant", [("johnson", -1.0), ("esdu-78035", 1.0)])
-def test_penetration_follows_back_from_the_force_of_johnson_and_esdu(constant):
-    name, constant_term = constant
+@pytest.mark.parametrize(("name", "constant_term"), [("johnson", -1.0), ("esdu-78035", 1.0)])
+def test_penetration_follows_back_from_the_force_of_johnson_and_esdu(name, constant_term):
     _, limit = made(name)
     for pen in np.geomspace(1e-12, 0.999 * limit, 200):
         line = force(name, pen) / LENGTH
@@ -188,21 +182,16 @@ def test_penetration_follows_back_from_the_force_of_johnson_and_esdu(constant):
         assert back == pytest.approx(pen, rel=1e-13, abs=0.0)
 
 
-def test_penetration_follows_back_from_roark_s_formula_with_diameters():
+@pytest.mark.parametrize("factor", [1, 2])
+def test_penetration_follows_back_from_radzimovsky_s_formula_with_radii_and_roark_s_with_diameters(factor):
     for pen in np.geomspace(1e-12, 1e-4, 100):
-        line = force("radzimovsky", pen) / LENGTH
-        diameters = 2.0 * BEARING * 2.0 * JOURNAL / (2.0 * BEARING - 2.0 * JOURNAL)
-        width = 1.60 * math.sqrt(line * diameters / MODULUS)
+        line = force("radzimovsky", pen, curvature_factor=factor) / LENGTH
+        width = 1.60 * math.sqrt(line * factor * BEARING * JOURNAL / CLEARANCE / MODULUS)
         ends = 2.0 / 3.0 + math.log(4.0 * BEARING / width) + math.log(4.0 * JOURNAL / width)
         assert line / (math.pi * MODULUS) * ends == pytest.approx(pen, rel=1e-13, abs=0.0)
 
 
-def test_penetration_follows_back_from_radzimovsky_s_formula_with_radii():
-    for pen in np.geomspace(1e-12, 1e-4, 100):
-        line = force("radzimovsky", pen, curvature_factor=1) / LENGTH
-        width = 1.60 * math.sqrt(line * BEARING * JOURNAL / CLEARANCE / MODULUS)
-        ends = 2.0 / 3.0 + math.log(4.0 * BEARING / width) + math.log(4.0 * JOURNAL / width)
-        assert line / (math.pi * MODULUS) * ends == pytest.approx(pen, rel=1e-13, abs=0.0)
+def test_radzimovsky_s_forces_with_radii():
     result = [force("radzimovsky", pen, curvature_factor=1) for pen in DEPTHS]
     assert result == pytest.approx((57.685, 724.97, 4441.6, 9860.8, 22210.0), rel=2e-4)
 
@@ -214,20 +203,6 @@ def test_penetration_follows_back_with_the_length_in_the_logarithm(name, power):
         load = force(name, pen)
         argument = LENGTH**power * CLEARANCE / (load * BEARING * JOURNAL * h)
         assert load * h / LENGTH * (math.log(argument) + 1.0) == pytest.approx(pen, rel=1e-13, abs=0.0)
-
-
-@pytest.mark.parametrize(
-    ("name", "pen"),
-    [
-        ("johnson", 1.1988776e-6),
-        ("esdu-78035", 1.4787443e-6),
-        ("dubowsky-freudenstein", 1.4859220e-6),
-        ("goldsmith", 2.5807668e-6),
-        ("radzimovsky", 1.2373701e-6),
-    ],
-)
-def test_penetration_under_a_kilonewton(name, pen):
-    assert force(name, pen) == pytest.approx(1000.0, rel=1e-7)
 
 
 @pytest.mark.parametrize("name", [*LOGARITHMIC, "persson"])

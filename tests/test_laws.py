@@ -36,7 +36,7 @@ from clearsweep.tracing import objects
 LAWS = names("law")
 YIELDING = [name for name in LAWS if hasattr(RECIPES["law", name].make(joint(name)), "deepest")]
 WITH_RESTITUTION = [name for name in LAWS if takes_restitution("law", name)]
-# chi and returned restitution over ASKED, computed from the phase curve of the free impact; four digits
+# chi over ASKED, computed from the phase curve of the free impact; four digits
 CHI = {
     "hunt-crossley": (1.35, 1.2, 1.05, 0.9, 0.75, 0.6, 0.45, 0.3, 0.15, 0.075, 0.015),
     "herbert-mcwhannell": (1.4835, 1.4286, 1.3291, 1.1842, 1.0, 0.7895, 0.5696, 0.3571, 0.1648, 0.0787, 0.0151),
@@ -52,43 +52,16 @@ CHI = {
     "exact": (9.9982, 4.9192, 3.0871, 2.0825, 1.4328, 0.9749, 0.6348, 0.3731, 0.1665, 0.0789, 0.0152),
     "pant-wijeyewickrema": (148.5, 36.0, 15.167, 7.875, 4.5, 2.6667, 1.5612, 0.8437, 0.3519, 0.1620, 0.0305),
 }
-RETURNED = {
-    "hunt-crossley": (0.5158, 0.5469, 0.5813, 0.6197, 0.6630, 0.7120, 0.7680, 0.8329, 0.9090, 0.9524, 0.9901),
-    "herbert-mcwhannell": (0.4907, 0.5008, 0.5200, 0.5503, 0.5936, 0.6511, 0.7227, 0.8070, 0.9009, 0.9501, 0.9900),
-    "lee-wang": (0.6867, 0.7120, 0.7390, 0.7680, 0.7992, 0.8329, 0.8693, 0.9090, 0.9524, 0.9756, 0.9950),
-    "lankarani-nikravesh": (0.6653, 0.6723, 0.6842, 0.7016, 0.7252, 0.7561, 0.7960, 0.8471, 0.9132, 0.9535, 0.9901),
-    "gonthier": (0.1010, 0.2046, 0.3042, 0.3978, 0.4877, 0.5773, 0.6696, 0.7680, 0.8764, 0.9359, 0.9868),
-    "zhiying-qishao": (0.2175, 0.2664, 0.3267, 0.3988, 0.4826, 0.5769, 0.6796, 0.7874, 0.8959, 0.9489, 0.9900),
-    "flores": (0.0694, 0.1555, 0.2562, 0.3629, 0.4704, 0.5773, 0.6832, 0.7885, 0.8939, 0.9468, 0.9893),
-    "hu-guo": (0.0741, 0.1656, 0.2707, 0.3796, 0.4877, 0.5936, 0.6973, 0.7992, 0.8999, 0.9500, 0.9900),
-    "safaeifar-farshidianfar": (0.0889, 0.1970, 0.3138, 0.4279, 0.5362, 0.6383, 0.7350, 0.8271, 0.9152, 0.9580, 0.9917),
-    "carvalho-martins": (0.1289, 0.2116, 0.3040, 0.4011, 0.5002, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99),
-    "gharib-hurmuzlu": (0.1000, 0.1970, 0.2819, 0.3524, 0.4107, 0.4595, 0.5008, 0.5362, 0.5668, 0.5807, 0.5911),
-}
-RETURNED |= dict.fromkeys(("exact", "gonthier-exact", "tsuji", "anagnostopoulos", *YIELDING), ASKED)
-RETURNED["ye"] = RETURNED["hu-guo"]
-ON_APPROACH = {  # restitution asked for -> returned, of the laws that damp the approach alone
-    "pant-wijeyewickrema": {
-        0.1: 0.1141,
-        0.2: 0.2236,
-        0.3: 0.3281,
-        0.5: 0.5254,
-        0.7: 0.7137,
-        0.8: 0.8072,
-        0.9: 0.9021,
-        0.95: 0.9506,
-        0.99: 0.9900,
-    },
-    "jankowski": {
-        0.1: 0.0933,
-        0.3: 0.2917,
-        0.5: 0.4946,
-        0.65: 0.6470,
-        0.7: 0.6977,
-        0.8: 0.7989,
-        0.9: 0.8997,
-        0.99: 0.9900,
-    },
+GIVEN_BACK = {"exact", "gonthier-exact", "tsuji", "anagnostopoulos", *YIELDING}  # exactly what was asked for
+ON_APPROACH = {  # restitutions asked for and returned, of the laws that damp the approach alone
+    "pant-wijeyewickrema": (
+        (0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99),
+        (0.1141, 0.2236, 0.3281, 0.5254, 0.7137, 0.8072, 0.9021, 0.9506, 0.9900),
+    ),
+    "jankowski": (
+        (0.1, 0.3, 0.5, 0.65, 0.7, 0.8, 0.9, 0.99),
+        (0.0933, 0.2917, 0.4946, 0.6470, 0.6977, 0.7989, 0.8997, 0.9900),
+    ),
 }
 
 
@@ -103,13 +76,13 @@ def term_of(name, **changes):
 
 def bounce(speed=1.0, orbits="none", **contact):
     """Return the trajectory of an impact pair of effective mass 0.1 kg with this contact section."""
-    section = {"stiffness": 1e8 if not RECIPES["law", contact["law"]].law.uses_elastic else 6.61e10} | contact
     law = RECIPES["law", contact["law"]].law
+    section = {"stiffness": 6.61e10 if law.uses_elastic else 1e8} | contact
     fields = {field.name for field in law.fields} - {*law.one_of[1:]} | {"law", "stiffness"}
-    if RECIPES["law", contact["law"]].law.uses_elastic:
+    if law.uses_elastic:
         fields |= {"elastic", "exponent"}
     needed = {}
-    if "material" in RECIPES["law", contact["law"]].law.needs:
+    if "material" in law.needs:
         section |= {"material": STEEL, "hardness": 5e8}
         fields.add("material")
         needed["joints.pair.bearing_radius"] = 0.01
@@ -188,13 +161,16 @@ def test_only_a_law_that_says_so_pulls(law):
 
 
 @pytest.mark.parametrize("law", WITH_RESTITUTION)
-def test_simulated_restitution_is_the_closed_form(law):
+def test_simulated_restitution_is_the_free_impact(law):
     for asked in ASKED:
         expected = RECIPES["law", law].free_restitution(asked)
         got = returned(law=law, restitution=asked, mass=0.1)
         assert got == pytest.approx(expected, abs=1e-8)
-        if law in RETURNED:
-            assert got == pytest.approx(dict(zip(ASKED, RETURNED[law], strict=True))[asked], abs=5.1e-5)
+        if law in GIVEN_BACK:
+            assert got == pytest.approx(asked, abs=5.1e-5)
+        elif law not in ON_APPROACH:
+            chi = CHI["hu-guo" if law == "ye" else law][ASKED.index(asked)]
+            assert got == pytest.approx(free_impact(chi), abs=5.1e-5)
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -214,7 +190,7 @@ def test_hysteresis_factor_has_its_tabulated_values(law):
     assert [term_of(law, restitution=e).factor for e in ASKED] == pytest.approx(CHI[law], rel=3e-5, abs=5.1e-5)
 
 
-def test_gharib_and_hurmuzlu_s_factor_gives_back_lambert_s_closed_form():
+def test_gharib_and_hurmuzlu_s_factor_gives_back_lambert_s_free_impact():
     returned_by = RECIPES["law", "gharib-hurmuzlu"].free_restitution
     assert [returned_by(e) for e in ASKED] == pytest.approx([free_impact(1.0 / e) for e in ASKED], rel=1e-12)
     assert returned_by(0.01) == pytest.approx(0.01, rel=1e-12)
@@ -251,7 +227,7 @@ def test_a_root_is_found_between_opposite_signs_only():
 
 
 @pytest.mark.parametrize("chi", [1e-9, 1e-5, 1.01e-4, 1e-2, 0.099, 0.101, 0.5, 3.0, 10.0, 150.0])
-def test_rebound_of_a_factor_is_lambert_s_closed_form(chi):
+def test_rebound_of_a_factor_is_lambert_s_free_impact(chi):
     from clearsweep.mechanics.laws.loss import hysteresis_rebound
 
     expected = free_impact(chi) if chi > 1e-2 else 1.0 - 2.0 * chi / 3.0 + 4.0 * chi**2 / 9.0 - 44.0 * chi**3 / 135.0
@@ -277,7 +253,7 @@ def test_hertz_gives_everything_back_and_meets_the_elastic_impact():
 
 @pytest.mark.parametrize("law", ON_APPROACH)
 def test_laws_that_damp_the_approach_alone_return_their_tabulated_restitution(law):
-    for asked, expected in ON_APPROACH[law].items():
+    for asked, expected in zip(*ON_APPROACH[law], strict=True):
         assert RECIPES["law", law].free_restitution(asked) == pytest.approx(expected, abs=5.1e-5)
 
 
@@ -285,7 +261,7 @@ def test_laws_that_damp_the_approach_alone_return_their_tabulated_restitution(la
 
 
 @pytest.mark.parametrize("zeta", [0.0335184, 0.1, 0.3, 0.6, 0.8, 1.5, 3.0])
-def test_clipped_kelvin_voigt_restitution_is_the_closed_form(zeta):
+def test_clipped_kelvin_voigt_restitution_is_the_free_impact(zeta):
     root = math.sqrt(abs(1.0 - zeta * zeta))
     if zeta < 1.0:
         expected = math.exp(-zeta / root * math.atan2(2.0 * zeta * root, 2.0 * zeta * zeta - 1.0))
@@ -296,7 +272,7 @@ def test_clipped_kelvin_voigt_restitution_is_the_closed_form(zeta):
 
 
 @pytest.mark.parametrize(("zeta", "expected"), [(0.0335184, 0.9), (0.1128085, 0.7), (0.2154538, 0.5), (0.5911550, 0.1)])
-def test_unclipped_kelvin_voigt_restitution_is_the_closed_form(zeta, expected):
+def test_unclipped_kelvin_voigt_restitution_is_the_free_impact(zeta, expected):
     got = returned(law="kelvin-voigt-unclipped", stiffness=1e8, damping=2.0 * zeta * math.sqrt(1e8 * 0.1))
     assert got == pytest.approx(math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta * zeta)), abs=1e-9)
     assert got == pytest.approx(expected, abs=1e-6)
@@ -459,16 +435,11 @@ def impact_grid(speed: float, **contact) -> dict:
     }
 
 
-def closed_form(chi: float) -> float:
-    """Return the restitution (1 + W(-(1 + chi) exp(-(1 + chi)))) / chi of the phase curve."""
-    return float(1.0 + lambertw(-(1.0 + chi) * math.exp(-(1.0 + chi))).real) / chi
-
-
 @pytest.mark.compiled
 @pytest.mark.parametrize(("chi", "known"), [(0.1, 0.937475580), (0.5, 0.748434932), (3.0, None)])
-def test_the_restitution_is_that_of_the_closed_form(chi, known):
+def test_the_restitution_is_that_of_the_free_impact(chi, known):
     """chi = D v0 / K; two values are from outside."""
-    restitution = closed_form(chi)
+    restitution = free_impact(chi)
     assert known is None or restitution == pytest.approx(known, abs=5e-10)
     for speed in (0.2, 1.0):
         scene = clearsweep.load_case(impact_grid(speed, damping=chi * STIFFNESS / speed))
@@ -495,7 +466,7 @@ def test_the_restitution_at_two_speeds_is_derived():
     values = derived(case)
     for speed in (0.1, 1.0):
         value, unit = values[f"joints.pair.contact.restitution at {speed:g} m/s"]
-        assert (value, unit) == (pytest.approx(closed_form(2.0 * speed), rel=1e-12), "1")
+        assert (value, unit) == (pytest.approx(free_impact(2.0 * speed), rel=1e-12), "1")
 
 
 @pytest.mark.compiled
@@ -507,7 +478,7 @@ def test_the_damper_can_be_swept_in_its_unit(tmp_path):
     clearsweep.sweep(grid, out=tmp_path / "run", executor="serial")
     summary = clearsweep.open(tmp_path / "run").summary.sort_values("joints.pair.contact.damping")
     restitutions = summary["pair_restitution"].tolist()
-    expected = [closed_form(damping / STIFFNESS) for damping in (1e9, 1e10, 1e11)]
+    expected = [free_impact(damping / STIFFNESS) for damping in (1e9, 1e10, 1e11)]
     assert restitutions == pytest.approx(expected, rel=1e-7)
 
 
