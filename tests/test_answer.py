@@ -14,6 +14,7 @@ from right_grids import text_of
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import report, simulation
+from clearsweep.answers import figure_sentences
 from clearsweep.answers.ranking import column_texts, ranking_of
 from clearsweep.answers.sentences import sentences
 from clearsweep.answers.verdict import Limit, column_label, limit_label
@@ -184,6 +185,26 @@ def test_the_largest_force_is_not_sought_among_torques():
     assert said == ["Largest force peak (pin): 30.0 N.", "Largest force peak (claw): 500 N m."]
     assert ranking_of(layout, ()).candidates[0].joint == "pin"
     assert len(ranking_of(layout, ()).candidates) == 1
+    assert ranking_of(layout, ()).title == "Largest normal force"
+    only_torques = layout._replace(columns=layout.columns[-1:], joints=layout.joints[-1:])
+    assert ranking_of(only_torques, ()).title == "Largest torque"
+
+
+@pytest.mark.parametrize(
+    ("count", "lead"),
+    [
+        (1, "The best of 60 cases: "),
+        (3, "The front has 3 of 60 cases: "),
+        (9, "The front has 9 of 60 cases, such as: "),
+    ],
+)
+def test_a_front_is_listed_whole_or_by_examples(count, lead):
+    record = record_of() | {"optimise": {"minimise": [FORCE]}}
+    known_words = Words(record, Layout.read(record["layout"]), lambda name: np.array([30.0]))
+    answer = {"search": [{FORCE: 30.0 + k, SPEED: 1.0} for k in range(count)], "tried": 60}
+    said = list(figure_sentences.optimise_sentences(answer, known_words))
+    assert said[0].startswith(lead)
+    assert (said[-1] == "5 more are in optimise.parquet.") == (count == 9)
 
 
 def test_a_design_of_a_table_is_called_by_its_name():

@@ -195,6 +195,8 @@ def test_figures_of_one_column_of_the_closing_table_have_one_unit():
     assert summary.figure_texts(column, {"start_up_time": "s"}) == ["0.2478 s", "cut off", "0.091 s"]
     mixed = [{"column": "load", "value": 2584.0}, {"column": "share", "value": 0.5}, {"column": "load", "value": 830.4}]
     assert summary.figure_texts(mixed, {"load": "N"}) == ["2.584 kN", "0.5", "0.8304 kN"]
+    velocity = [{"column": "foot_velocity_rms", "value": 1.25}]  # in the unit of the sentences
+    assert summary.figure_texts(velocity, {"foot_velocity_rms": "m/s"}) == ["1250 mm/s"]
 
 
 def test_clearances_of_several_joints_have_one_unit():

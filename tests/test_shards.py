@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from test_store import edit_record
 from test_sweep import quiet, same_results
 
-from clearsweep import cli
+from clearsweep import cli, store
 from clearsweep import grid as grids
 from clearsweep.language.errors import DirectoryError
 from clearsweep.sweeping import merge as merging
@@ -108,6 +108,7 @@ def test_missing_cases_are_counted_and_their_shard_named_unless_a_part_is_enough
     assert not (tmp_path / "all").exists()
     result = merge([pieces / "1", pieces / "3"], tmp_path / "all", partial=True)
     assert (result.ok + result.failed, result.missing, result.exit_code) == (10, 5, 3)
+    assert "merged without all cases; merge all shards again" in store.status_text(store.status(tmp_path / "all"))
     assert quiet(MIXED, tmp_path / "all", executor="serial").ran == 5
     assert same_results(tmp_path / "all", pieces / "whole")
 

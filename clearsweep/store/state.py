@@ -384,7 +384,7 @@ def status_text(facts: dict[str, Any]) -> str:
     labels = {
         FINISHED: f"finished {facts['end']}",
         UNDER_WAY: f"a run works here ({facts['holder']})",
-        INTERRUPTED: "a merge without all cases; run those that are left, then merge again"
+        INTERRUPTED: "merged without all cases; merge all shards again, or run the grid into this directory"
         if facts["end"]
         else "interrupted; run the same command again to continue",
         DAMAGED: "damaged",

@@ -456,19 +456,15 @@ def reliability_points(study: Study) -> list[str]:
         cases = Markup('<a href="#failures">{} of {} cases failed</a>').format(failed, failed + finished)
         points.append(cases + ". All results except the list of failures exclude them.")
     points += [Markup("<b>Warning:</b> {}").format(text) for text in study.run.grid.get("warnings") or []]
-    return points if study.cases.empty else [*points, *_finished_case_points(study)]
-
-
-def _finished_case_points(study: Study) -> list[str]:
+    if study.cases.empty:
+        return points
     periodicity = " ".join(periodicity_sentences(study))
-    sentences = [*law_range_remarks(study), *([periodicity] if periodicity else []), *recommendation_texts(study)]
+    points += [*law_range_remarks(study), *filter(None, [periodicity]), *recommendation_texts(study)]
     for each in (*law_choice_sections(study), *elastic_laws_sections(study)):
-        sentences += [_with_link(each, sentence) for sentence in each.sentences[:1]]
-    for each in elastic_links_sections(study):
-        sentences.append(_with_link(each, " ".join(each.sentences[:2])))
-    budget_sections = setup.budget_sections(study)
-    budget_points = [_with_link(each, " ".join(each.sentences[1:2])) for each in budget_sections]
-    return [*sentences, *(budget_points or [NO_BUDGET])]
+        points += [_with_link(each, sentence) for sentence in each.sentences[:1]]
+    points += [_with_link(each, " ".join(each.sentences[:2])) for each in elastic_links_sections(study)]
+    budget = [_with_link(each, " ".join(each.sentences[1:2])) for each in setup.budget_sections(study)]
+    return [*points, *(budget or [NO_BUDGET])]
 
 
 def _with_link(section: Section, sentence: str) -> str:

@@ -458,8 +458,7 @@ def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
 
 def rank_table(study: Study, samples: list[Sample]) -> Table:
     """Return rank correlations of each figure with each drawn variable, the strongest first; empty for few cases."""
-    names = variable_names(study)
-    drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
+    names, drawn = variable_names(study), study.run.grid["sample"]["drawn"]
     has_limits = bool(study.run.grid.get("limits"))
     columns = [*figure_columns(study), Column("variable"), *estimate_columns("rank correlation")]
     columns += estimate_columns("others fixed")
@@ -469,7 +468,11 @@ def rank_table(study: Study, samples: list[Sample]) -> Table:
     for figure, sample in itertools.product(limited_figures(study), samples):
         for path, simple, partial in figure_correlations(study, sample, figure.column):
             head = (figure.name, figure.unit, *point_cells(study, sample), names[path])
-            halves = _halves(study, sample, drawn[path]) if has_limits else []
+            halves: list[Quantity] = []
+            if has_limits:  # chance that a limit is exceeded below and above the median of the variable
+                exceeds, values = any_limit_exceeded(study, sample), np.array(drawn[path], float)[sample.is_finished()]
+                is_low = values <= np.median(values)
+                halves = [*_chance_cells(exceeds[is_low]), *_chance_cells(exceeds[~is_low])]
             rows.append((*head, *estimate_cells(simple, "1"), *estimate_cells(partial, "1"), *halves))
     note = (
         "Spearman's rank correlation is 1 if the figure always rises with the variable, and "
@@ -491,13 +494,6 @@ def figure_correlations(study: Study, sample: Sample, column: str) -> list[tuple
     """
     drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
     return variable_correlations(drawn, sample.figures[column])
-
-
-def _halves(study: Study, sample: Sample, values: np.ndarray) -> list[Quantity]:
-    """Return the cells with the chance that a limit is exceeded below and above the median of a variable."""
-    exceeds, values = any_limit_exceeded(study, sample), values[sample.is_finished()]
-    median = np.median(values)
-    return [*_chance_cells(exceeds[values <= median]), *_chance_cells(exceeds[values > median])]
 
 
 # Counts on the page of a run: always of all cases, even if the page shows a sample.

@@ -308,11 +308,11 @@ def _comparison_sentences(
 
 def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[str]:
     """Return, for each objective with an interval, the cases that cannot be distinguished from the best one."""
-    lines = []
-    for name in names:
+    lines, row = [], study.cases.row_of(rows[0]["case_id"])
+    is_comparable = len(rows) == 1 and row >= 0 and answer_of_study(study).get("best_met", True)
+    for name in names if is_comparable else ():  # where no case meets the limits, none of the others is best either
         interval_columns = [f"{name}_{column}" for column in ("low", "high")]
-        row = study.cases.row_of(rows[0]["case_id"])
-        if len(rows) > 1 or row < 0 or not all(map(study.has, interval_columns)):
+        if not all(map(study.has, interval_columns)):
             continue
         low, high = (study.cases[column] for column in interval_columns)
         if np.isnan([low[row], high[row]]).any():
@@ -322,8 +322,6 @@ def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names
         for column in (EXCEEDED_COLUMN, UNDECIDED_COLUMN) if EXCEEDED_COLUMN in study.cases else ():
             feasible &= study.cases[column] == ""
         overlapping_count = int(np.count_nonzero((low <= high[row]) & (high >= low[row]) & feasible)) - 1
-        if not answer_of_study(study).get("best_met", True):
-            continue  # no case meets the limits, so none of the others is best either
         interval_text = " to ".join(study.text(rows[0]["case_id"], column) for column in interval_columns)
         lines.append(
             f"The 95 % interval of {name} of the best case is {interval_text}; "

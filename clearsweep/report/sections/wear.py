@@ -1,5 +1,6 @@
 """Wear, life and films of oil: places, hours to the limit, losses."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -60,11 +61,9 @@ def wear_sections(study: Study) -> list[Section]:
     for joint in study.joints:
         if joint.wears:
             blocks += _deepest_wear_blocks(study, joint)
-            blocks += [
-                Gallery(MAPS_NOTE, _maps(study, joint)),
-                Sentences(_coarse_bin_sentences(study, joint)),
-                _table(study, joint),
-            ]
+            maps = [pictures_over_axes(study, joint, figure, name) for figure, name in MAPPED_FIGURES]
+            gallery = Gallery(MAPS_NOTE, list(itertools.chain(*maps)))
+            blocks += [gallery, Sentences(_coarse_bin_sentences(study, joint)), _table(study, joint)]
     return section("wear", "Wear", *[Note(_note(study)), *blocks] if blocks else [])
 
 
@@ -136,11 +135,6 @@ def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
     )
     selector = selectable_cases(study, joint)
     return [deepest, selector] if selector else [deepest]
-
-
-def _maps(study: Study, joint: Joint) -> list[Picture]:
-    """Return wear depth and wear rate over the most important axes."""
-    return [picture for figure, name in MAPPED_FIGURES for picture in pictures_over_axes(study, joint, figure, name)]
 
 
 # Life of joints: hours to the limit over the swept values, and figures until then.
