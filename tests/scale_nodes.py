@@ -5,8 +5,10 @@ BLOCKS blocks to each of NODES nodes with CORES cores, for cases of SECONDS. A n
 block in the place of its own. It prints a line of JSON for `scale_blocks.py write`.
 """
 
+import functools
 import json
 import os
+import pickle
 import subprocess
 import sys
 import time
@@ -20,7 +22,7 @@ import scale_cases
 from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.sweeping import blockwise, nodes
-from clearsweep.sweeping.nodes import NodeReport, _address, _unpacked, close, run_block
+from clearsweep.sweeping.nodes import NodeReport, _address, close, run_block
 from clearsweep.sweeping.pool.case_runner import CaseRunner, Options
 from clearsweep.sweeping.pool.driver import CaseProgress
 
@@ -36,9 +38,12 @@ with LocalCluster(**options, dashboard_address=None) as cluster:
 """
 
 
+unpacked = functools.lru_cache(1)(pickle.loads)
+
+
 def simulated(_token: str, content: bytes, number: int, _most: int | None, cores: int) -> NodeReport:
     """Wait for as long as a node would work at a block, and finish it with the files of the first one."""
-    job = _unpacked(content)
+    job = unpacked(content)
     cases, begin = len(job.division.part(number)), time.monotonic()
     scale_blocks.stand_in(job.directory, job.division, number, None)
     time.sleep(max(cases * SECONDS / cores - (time.monotonic() - begin), 0.0))

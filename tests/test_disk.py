@@ -49,8 +49,8 @@ def test_every_kind_of_waste_is_removed_and_what_others_wrote_remains(run):
     (run / ".clearsweep-0123456789abcdef.part").write_bytes(b"page")
     (scratch / "mine").write_bytes(b"mine")
     good = store.open(run).summary.query("status == 'ok'")["case_id"]
-    durable.life_log(scratch, good.iloc[0]).write_bytes(b"blocks")
-    durable.life_log(scratch, "f" * 16).write_bytes(b"blocks of a case without a row")
+    durable.scratch_file(scratch, f"{good.iloc[0]}.life").write_bytes(b"blocks")
+    durable.scratch_file(scratch, f"{'f' * 16}.life").write_bytes(b"blocks of a case without a row")
     (run / "parts" / f"{'1' * 16}-{'2' * 16}.parquet.damaged").write_bytes(b"bad")
     (run / "parts" / "notes.damaged").write_bytes(b"not a copy")
     again = store.commit(run, form, f"{7:016x}", rows_of(held_grid, range(5)))  # takes the place of the first batch

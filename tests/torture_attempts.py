@@ -17,18 +17,6 @@ from right_grids import text_of
 SECONDS = 60.0  # time limit of an attempt, including loading and compiling
 TROUBLE = re.compile(r"Traceback|internal error|[\x00-\x08\x0b-\x1f\x7f]")
 
-#: A server on a free port that prints the port and is silent; one that speaks HTTP.
-SILENT = (
-    "import socket,time; s=socket.create_server(('127.0.0.1',0)); print(s.getsockname()[1],flush=True); time.sleep(99)"
-)
-HTTP = (
-    "import http.server as h; s=h.ThreadingHTTPServer(('127.0.0.1',0),h.SimpleHTTPRequestHandler); "
-    "print(s.server_port,flush=True); s.serve_forever()"
-)
-SCHEDULER = (
-    'python -c "{server}" >port 2>/dev/null & s=$!; until [ -s port ]; do sleep 0.1; done; '
-    "clearsweep run g.yaml --out a --executor dask --scheduler tcp://127.0.0.1:$(cat port); c=$?; kill $s; exit $c"
-)
 THOUSAND = "{{linspace: [{low}, {high}, 1000]}}"
 AXES = {
     "joints.rod-slider.clearance": ("0.1 mm", "0.5 mm"),
@@ -73,15 +61,6 @@ def spares(harm: str, check: str, verb: str = "run g.yaml --out ok") -> str:
     return f"{harm}; clearsweep {verb}; c=$?; {check} || exit 99; exit $c"
 
 
-def crafted(statement: str) -> str:
-    """Return a script that changes run.json (`r`) of the finished run by a statement, with a valid checksum."""
-    program = (
-        "import json; from clearsweep.store.record import record_checksum; r = json.load(open('ok/run.json')); "
-        f"{statement}; r['checksum'] = record_checksum(r); json.dump(r, open('ok/run.json', 'w'))"
-    )
-    return f'python -c "{program}"; clearsweep report ok --tables sub/tables'
-
-
 ATTEMPTS = (
     TrialStep("a tag on a section", edited("mechanism:\n", "mechanism: !!python/object:os.system\n"), said="tag"),
     TrialStep("1 mm^(10**10)", edited("0.5 mm", "1 mm^(10**10)")),
@@ -117,19 +96,6 @@ ATTEMPTS = (
         + spares("true", "grep -q precious d/shards/mine.h5 && grep -q precious d/tmp/mine", "run g.yaml --out d"),
         (0, 2),
     ),
-    *(
-        TrialStep(f"a crafted {name}", crafted(statement), said="not what")
-        for name, statement in (
-            ("name of an output", "r['layout']['output'] = '../escaped'"),
-            ("column", "r['layout']['columns'][0]['name'] = '<img src=x>'"),
-            ("joint", "r['layout']['joints'] = 'rod_slider'"),
-            ("name of a run", "r['name'] = '../../x'"),
-        )
-    ),
-    TrialStep("an answer without `seek`", "cp ok/summary.parquet ok/seek.parquet; clearsweep report ok", said="seek"),
-    TrialStep("a backend that is none", "MPLBACKEND=nope clearsweep report ok", (0,)),
-    TrialStep("a date that is none", "SOURCE_DATE_EPOCH=x clearsweep report ok --figures f --format pdf", (0,)),
-    TrialStep("a page that does not fit", "ulimit -f 40; clearsweep report ok --out page.html", said="page.html"),
     TrialStep(
         "a load without a name",
         edited("drive:", "loads: {a b: {on: slider, fx: 1 N}}\ndrive:"),
@@ -199,38 +165,11 @@ ATTEMPTS = (
     TrialStep(
         "report --out: a folder", spares("mkdir f", '[ -z "$(ls -A f)" ]', "report ok --out f"), said="directory"
     ),
-    TrialStep("stdout closed", "clearsweep run g.yaml --out ok >&-", (0,)),
-    TrialStep("stderr closed", "clearsweep run g.yaml --out ok 2>&-", (0,)),
-    TrialStep(
-        "all streams closed", spares("true", "[ -e x/summary.parquet ]", "run g.yaml --out x <&- >&- 2>&-"), (0,)
-    ),
-    TrialStep("a full stdout", "clearsweep run g.yaml --out ok >/dev/full", (0,), "stdout: cannot be written"),
-    TrialStep("laws to a full stdout", "clearsweep laws >/dev/full", (0,), "stdout: cannot be written"),
     TrialStep(
         "head -1 of a run",
         'clearsweep run g.yaml --out x 2>&1 | head -1; [ -e x/summary.parquet ] || exit 99; exit "${PIPESTATUS[0]}"',
         (0,),
     ),
-    TrialStep(
-        "a hang-up",
-        "clearsweep run long.yaml --out x & p=$!; until ls x/parts/* 2>/dev/null; do sleep 0.1; done; "
-        "kill -HUP $p; wait $p",
-        (129,),
-        "run the same command again",
-    ),
-    TrialStep(
-        "a hang-up under nohup",
-        "nohup clearsweep run g.yaml --out x & p=$!; sleep 2; kill -HUP $p; wait $p; c=$?; cat nohup.out; exit $c",
-        (0,),
-        "6 ok",
-    ),
-    TrialStep("--out of 300 characters", f"clearsweep run g.yaml --out {'y' * 300}", said="File name too long"),
-    *(
-        TrialStep(f"ulimit {limit}", f"ulimit {limit}; clearsweep run g.yaml --out x", said="ulimit")
-        for limit in ("-n 8", "-n 16", "-v 500000")
-    ),
-    TrialStep("a silent server as scheduler", SCHEDULER.format(server=SILENT), said="does not answer"),
-    TrialStep("an HTTP server as scheduler", SCHEDULER.format(server=HTTP), said="does not answer"),
 )
 
 
@@ -270,7 +209,6 @@ def prepared(folder: Path) -> dict[str, str]:
     fresh = folder / "fresh"
     fresh.mkdir()
     (fresh / "g.yaml").write_text(GRID + SWEEP)
-    (fresh / "long.yaml").write_text(GRID.replace("revolutions: 3", "revolutions: 60") + SWEEP.replace("6]", "500]"))
     subprocess.run(
         ["clearsweep", "run", "g.yaml", "--out", "ok"], cwd=fresh, env=environment, check=True, capture_output=True
     )

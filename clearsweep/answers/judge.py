@@ -104,7 +104,7 @@ def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray
     codes : path -> (n,) index of each case's value, -1: not used
     values : (n,) of each case
     """
-    known = np.flatnonzero((axis.codes >= 0) & np.isfinite(values))
+    known = np.flatnonzero((axis.codes >= 0) & np.isfinite(values)).astype("u4")
     others = [of_path[known] for path, of_path in codes.items() if path not in axis.paths]
     group, level, last = combined_codes(others, len(known)), axis.codes[known], len(axis.levels) - 1
     ends = range(last + 1) if axis.is_text else (0, last)

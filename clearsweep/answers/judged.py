@@ -161,7 +161,8 @@ def codes_of(values: np.ndarray) -> tuple[list, np.ndarray]:
         is_known = np.isfinite(values)
         ordered = np.sort(values[is_known])  # np.unique loads masked arrays, in 9 ms
         distinct = ordered[np.diff(ordered, prepend=np.nan) != 0.0]
-        return distinct.tolist(), np.where(is_known, np.searchsorted(distinct, values), -1).astype("i4")
+        kind = "i2" if len(distinct) < 2**15 - 1 else "i4"
+        return distinct.tolist(), np.where(is_known, np.searchsorted(distinct, values), -1).astype(kind)
     present = [value for value in values.tolist() if not is_missing(value)]
     has_text = any(isinstance(value, str) for value in present)
     levels = list(dict.fromkeys(present)) if has_text else sorted(set(present))
@@ -267,6 +268,7 @@ def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list
     freedoms = [int(group.max(initial=0)) for group in groups]
     residual_freedom = len(residuals) - 1 - sum(freedoms)
     residuals -= residuals.mean() if len(residuals) else 0.0
+    del known
     total = float(residuals @ residuals)
     if residual_freedom <= 0 or total <= 1e-20 * len(residuals):  # all values equal, except for rounding
         return [np.nan] * len(value_indices)

@@ -351,10 +351,7 @@ class IdentifyFound(Found):
             "traded": [list(pair) for pair in self.traded],
             "fits": [fit._asdict() for fit in self.fits],
             "signals": signals,
-            "misfit": self.misfit,
-            "explained": self.explained,
-            "looked_at": self.looked_at,
-            "finished": self.finished,
+            **{name: getattr(self, name) for name in ("misfit", "explained", "looked_at", "finished")},
             "computed_speed": self.computed_speed,
             "priors": self.priors,
         }

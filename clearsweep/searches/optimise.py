@@ -193,18 +193,15 @@ class Optimisation:
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         seed = int(np.random.SeedSequence([self.optimise.seed, len(self.trials), attempt]).generate_state(1)[0])
         sampler = optuna.samplers.TPESampler(seed=seed, multivariate=True, n_ei_candidates=48, constant_liar=True)
-        signs = [-1.0 if is_maximised else 1.0 for _, is_maximised in self.optimise.objectives]
-        study = optuna.create_study(directions=["minimize"] * len(signs), sampler=sampler)
+        objectives = _signed(self.optimise.objectives)
+        study = optuna.create_study(directions=["minimize"] * len(objectives), sampler=sampler)
         distributions = {path: _distribution(choice) for path, choice in self.optimise.over.items()}
         succeeded = [trial for trial in self.trials if not trial.failed]
         worst = {
-            name: max((sign * trial.values[name] for trial in succeeded), default=0.0)
-            for name, sign in self._signed_objectives()
+            name: max((sign * trial.values[name] for trial in succeeded), default=0.0) for name, sign in objectives
         }
         for trial in self.trials:
-            values = [
-                worst[name] if trial.failed else sign * trial.values[name] for name, sign in self._signed_objectives()
-            ]
+            values = [worst[name] if trial.failed else sign * trial.values[name] for name, sign in objectives]
             study.add_trial(
                 optuna.trial.create_trial(
                     params=trial.point,
@@ -213,7 +210,7 @@ class Optimisation:
                     constraints={"limits": trial.violation},
                 )
             )
-        propose = self._evolved_points if len(signs) > 1 else self._surrogate_points
+        propose = self._evolved_points if len(objectives) > 1 else self._surrogate_points
         points = propose(int(MODEL_SHARE * count), np.random.default_rng(seed))
         for _ in range(count - len(points)):
             proposal = study.ask(distributions)
@@ -225,7 +222,7 @@ class Optimisation:
 
         They have the categories of the best case; the model uses only cases with the same categories.
         """
-        ((name, sign),) = self._signed_objectives()
+        ((name, sign),) = _signed(self.optimise.objectives)
         trials = sorted(self.trials, key=lambda trial: trial.merit(name, sign))
         best = trials[0]
         choices = {path: choice for path, choice in self.optimise.over.items() if choice.kind != AMONG}
@@ -233,18 +230,13 @@ class Optimisation:
         if best.failed or not choices:
             return []
         trials = [trial for trial in trials if fixed.items() <= trial.point.items()]
-        fractions = np.array(
-            [[choice.fraction_of(trial.point[path]) for path, choice in choices.items()] for trial in trials]
-        )
+        fractions = _fractions(trials, choices)
         objective = np.array([sign * trial.values[name] for trial in trials])
         objective[np.isnan(objective)] = np.nanmax(objective)  # failed cases
         margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
         points = better_points(fractions, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
-        proposals = [
-            {path: _clipped_value(choices[path], fraction) for path, fraction in zip(choices, row, strict=True)}
-            for row in points.tolist()
-        ]
-        return [{path: (fixed | point)[path] for path in self.optimise.over} for point in proposals]
+        proposals = [fixed | _clipped_point(choices, row) for row in points.tolist()]
+        return [{path: point[path] for path in self.optimise.over} for point in proposals]
 
     def _evolved_points(self, count: int, rng: "np.random.Generator") -> list[Point]:
         """Return points near the front, or [] if it has few cases; a sampler by itself leaves gaps.
@@ -256,9 +248,7 @@ class Optimisation:
         if len(front) < MIN_FRONT_CASES:
             return []
         choices = self.optimise.over
-        fractions = np.array(
-            [[choice.fraction_of(trial.point[path]) for path, choice in choices.items()] for trial in front]
-        )
+        fractions = _fractions(front, choices)
         values = np.array([list(trial.values.values()) for trial in front])
         distances = np.linalg.norm(
             np.diff(values / np.maximum(np.ptp(values, axis=0), np.finfo(float).tiny), axis=0), axis=1
@@ -279,16 +269,8 @@ class Optimisation:
             child = np.where(
                 is_categorical, np.where(rng.random(len(parent)) < CROSSOVER_PROBABILITY, first, parent), child
             ).clip(0.0, 1.0)
-            points.append(
-                {
-                    path: _clipped_value(choice, fraction)
-                    for (path, choice), fraction in zip(choices.items(), child.tolist(), strict=True)
-                }
-            )
+            points.append(_clipped_point(choices, child.tolist()))
         return points
-
-    def _signed_objectives(self) -> list[tuple[str, float]]:
-        return [(name, -1.0 if is_maximised else 1.0) for name, is_maximised in self.optimise.objectives]
 
 
 class _Trial(NamedTuple):
@@ -333,10 +315,14 @@ def _interval(columns: dict[str, np.ndarray], name: str, index: int) -> tuple[fl
     return low, high
 
 
+def _signed(objectives: Sequence[tuple[str, bool]]) -> list[tuple[str, float]]:
+    """Return the objectives with the sign by which a smaller value is a better one."""
+    return [(name, -1.0 if is_maximised else 1.0) for name, is_maximised in objectives]
+
+
 def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> Iterator[_Trial]:
     """Yield the non-dominated trials in order of the first objective; for one objective, the best."""
-    signed = [(name, -1.0 if is_maximised else 1.0) for name, is_maximised in objectives]
-    table = np.array([[sign * trial.values[name] for name, sign in signed] for trial in trials])
+    table = np.array([[sign * trial.values[name] for name, sign in _signed(objectives)] for trial in trials])
     order = sorted(range(len(trials)), key=lambda k: (*table[k].tolist(), trials[k].case_id))
     members: list[int] = []
     for k in order:
@@ -345,10 +331,18 @@ def _front(trials: list[_Trial], objectives: tuple[tuple[str, bool], ...]) -> It
             yield trials[k]
 
 
-def _clipped_value(choice: Choice, fraction: float) -> Any:
-    """Return the value at a share (0 to 1) of the range of a choice, clipped to the ends of the range."""
-    value = choice.value_at(fraction)
-    return value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
+def _fractions(trials: Sequence[_Trial], choices: Mapping[str, Choice]) -> np.ndarray:
+    """Return the fractions (trials, paths) of the values of trials in their choices."""
+    return np.array([[choice.fraction_of(trial.point[path]) for path, choice in choices.items()] for trial in trials])
+
+
+def _clipped_point(choices: Mapping[str, Choice], fractions: Sequence[float]) -> Point:
+    """Return the values at fractions (0 to 1) of the ranges of choices, clipped to the ends of the ranges."""
+    point = {}
+    for (path, choice), fraction in zip(choices.items(), fractions, strict=True):
+        value = choice.value_at(fraction)
+        point[path] = value if choice.kind == AMONG else min(max(value, choice.values[0]), choice.values[1])
+    return point
 
 
 def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":

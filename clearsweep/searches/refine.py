@@ -4,10 +4,10 @@ A box has cases at its corners.  If some meet the limits and some do not, the bo
 halved along an edge whose ends differ, which encloses the border ever more closely; the largest boxes come first.
 """
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -42,7 +42,7 @@ SEED = 0  # seed of the order in which boxes of equal size are halved
 GridPoint = tuple[int, ...]  # position along each axis, in divisions of a grid step
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class RefineFound(Found):
     """Results of refining a grid."""
 
@@ -53,10 +53,10 @@ class RefineFound(Found):
 
     def facts(self, catalogue: Any, record: Mapping[str, Any], judged: Any) -> dict[str, Any]:
         """Return the counts."""
-        return {"asked": self.asked, "added": self.added, "crossed": self.crossed, "whole": self.whole}
+        return dataclasses.asdict(self)
 
 
-@dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True)
 class Refine(Search):
     """The section `refine`: the number of cases to add along the border, and the values to subdivide."""
 

@@ -47,17 +47,12 @@ def yield_speeds(scene: Scene) -> dict[str, float | None]:
     if not elastic_joints:
         return {}
     masses = largest_masses(Identity(scene.value.mechanism), scene.start.tobytes(), len(scene.case.joints))
-    return {
-        f"{case_joint.column}_yield_speed": _speed(case_joint, masses[index]) for index, case_joint in elastic_joints
-    }
-
-
-def _speed(joint: Joint, mass: float | None) -> float | None:
-    """Return the approach speed (m/s) at which a joint first yields under a mass (kg), or None if unknown."""
-    if mass is None:
-        return None
-    energy = yield_energy(joint, registry.compile_contact(joint)[1])
-    return None if energy is None else math.sqrt(2.0 * energy / mass)
+    speeds: dict[str, float | None] = {}
+    for index, joint in elastic_joints:
+        mass = masses[index]
+        energy = None if mass is None else yield_energy(joint, registry.compile_contact(joint)[1])
+        speeds[f"{joint.column}_yield_speed"] = math.sqrt(2.0 * energy / mass) if energy is not None and mass else None
+    return speeds
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share mechanisms and starts

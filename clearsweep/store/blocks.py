@@ -270,20 +270,18 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     requested: np.ndarray,
     select: Callable[[dict[str, np.ndarray]], set[str]],
     counts: Callable[[], dict[str, Any]],
-    compute_peak_revolutions: ComputePeakRevolutions = lambda worst: [None] * len(worst),
-    report: Callable[[str], None] = lambda _: None,
+    compute_peak_revolutions: ComputePeakRevolutions,
 ) -> dict[str, Any]:
     """Write the final files of a block, whose batches are committed; return its mark.
 
     requested : identities of the cases in the block, ascending.  select : as of a `Sampler`; counts : after all cases
-    were selected from, returns the `counts` of the mark.  `report`, `compute_peak_revolutions` : as in `merge`.
+    were selected from, returns the `counts` of the mark.  `compute_peak_revolutions` : as in `merge`.
     """
     block.directory(result_schema)
     with durable.open_lock(block.path / LOCK) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
         run = block.directory(result_schema)
-        for sentence in run.load_batches().values():
-            report(f"{block.path}: {sentence}; its cases run again")
+        run.load_batches()
         rows = run.rows()
         stored_count = len(rows)
         if not np.array_equal(rows["id"], requested):

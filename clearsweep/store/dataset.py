@@ -17,7 +17,7 @@ import pyarrow as pa
 from ..contracts.layout import Layout
 from ..language.errors import DamagedError, DirectoryError, InputError
 from . import durable
-from .batch import GROUP_ROWS, open_table
+from .batch import GROUP_ROWS
 from .blocks import SAMPLE_FILE, Block, numbers_of_blocks, read_mark
 from .datasets import EVENT, ID_LENGTH, Stored, read_values, table_rows_at, values_of
 from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
@@ -292,8 +292,7 @@ def scan(fragment: "pds.Fragment", condition: Condition, columns: list[str]) -> 
 
 
 def _read_sample(part: Part) -> pa.Table:
-    path = part.files[SAMPLE_FILE]
-    with damage_said(path), open_table(path) as file:
+    with part.table(SAMPLE_FILE) as file:
         return plausible(file.read(use_threads=False))
 
 

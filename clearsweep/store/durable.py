@@ -29,7 +29,7 @@ _KINDS = {
 # Names of files that a killed run leaves.
 TEMPORARY = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(?:part|note|work|stop)|stop|run\.work)")
 PROGRESS = re.compile(r"\.clearsweep-([0-9a-f]{16})\.work")  # of a batch
-LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
+LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # kept until its case, which resumes from it, is committed
 _OWN_MARK = b"clearsweep"  # in the first or last MARKED bytes of a page or picture, after one of _OWN_STARTS
 _OWN_STARTS = (b"<!doctype html", b"<?xml", b"<svg", b"<!-- drawn by", b"\x89PNG", b"%PDF", b"GIF8", b"RIFF")
 _MARKED = 4096  # bytes
@@ -131,11 +131,6 @@ def create_file(path: Path) -> int:
 def scratch_file(folder: Path, name: str) -> Path:
     """Return the path of a temporary file of a run; its name marks it as such."""
     return folder / f".clearsweep-{name}"
-
-
-def life_log(folder: Path, case_id: str) -> Path:
-    """Return the path of a file that is kept until its case is committed, even if the run is killed."""
-    return scratch_file(folder, f"{case_id}.life")
 
 
 def find(folder: Path, names: re.Pattern[str]) -> dict[str, Path]:

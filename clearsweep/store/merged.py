@@ -33,6 +33,7 @@ from .batch import (
     file_name,
     label_fields,
     read_summary,
+    release_memory,
     summary_schema,
     table_bytes,
     write_dataset,
@@ -379,7 +380,8 @@ class Worst(NamedTuple):
     case_id: str
     point: dict[str, Any]  # swept path -> value
     joint: int  # index of its joint in the layout
-    peak: float  # N, the largest normal force of that joint
+    column: str  # of the largest normal force of that joint
+    peak: float  # N, this force
     revolutions: float | None  # length of its run, if `simulate.until` determined it
     window_from: float | None  # revolutions before the window of its figures, likewise
 
@@ -426,7 +428,8 @@ def _cases_with_largest(
                 values = {path: columns[path].item(row) for path in paths}
                 point = {path: None if is_missing(value) else value for path, value in values.items()}
                 length = [float(columns[name][row]) if name in optional else None for name in _LENGTH_COLUMNS]
-                case = Worst(columns["case_id"][row], point, joint, float(columns[peaks[joint]][row]), *length)
+                peak = peaks[joint], float(columns[peaks[joint]][row])
+                case = Worst(columns["case_id"][row], point, joint, *peak, *length)
                 ranked.append((float(largest[row]), case))
     ranked.sort(key=lambda entry: (-entry[0], entry[1].case_id))
     return [case for _, case in ranked[: result_schema.worst]]
@@ -488,6 +491,7 @@ def merge(
             )
             with phases.phase(f"writing {ORBITS_FILE}"):
                 write_orbits(orbits, run, result_schema, rows, content_hash, peaks)
+            release_memory()
             with phases.phase(f"writing {SUMMARY_FILE}") as writing:
                 write_summary(
                     summary,

@@ -41,7 +41,7 @@ class Unfinished:
     def __init__(self, directory: Path, case_id: str):
         """Prepare for a case of the run in a directory."""
         self.scratch = directory / SCRATCH
-        self.path = durable.life_log(self.scratch, case_id)
+        self.path = durable.scratch_file(self.scratch, f"{case_id}.life")
 
     def read(self) -> bytes | None:
         """Return the last content, or None if there is none, or if it is damaged."""

@@ -26,7 +26,6 @@ from .pool.case_runner import (
     finished_counts,
     is_common,
     missing_indices,
-    peak_column,
     peak_or_none,
 )
 from .pool.driver import CHECK_INTERVAL, MAX_RESTARTS
@@ -80,10 +79,7 @@ def finish_block(
     record = store.json_round_trip({**grid.resolved(), "layout": grid.layout.written(), "units": units})
 
     def compute_peak_revolutions(worst: Sequence[store.Worst]) -> list[Peak | None]:
-        return [
-            peak_or_none(case, find_peak(context.simulator, grid.case_at(case.point), peak_column(grid, case), case))
-            for case in worst
-        ]
+        return [peak_or_none(case, find_peak(context.simulator, grid.case_at(case.point), case)) for case in worst]
 
     facts = RunFacts(record, grid.layout)
     return store.finish_block(block, division, schema, requested, facts.select, facts.counts, compute_peak_revolutions)
@@ -132,14 +128,11 @@ class BlockRunner:
         """
         job = self.job
         block = store.Block(job.directory, number)
-        directory = block.directory(store.ResultSchema.of(job.grid))
         if read_finished_ids:
             self.shared.add(number)
         else:
-            durable.remove_temporaries(directory.scratch)
-        durable.check_writable(directory.scratch)
-        for sentence in directory.load_intact_batches():
-            phases.print_line(f"{block.path}: {sentence}")
+            durable.remove_temporaries(block.path / store.SCRATCH)
+        directory = self._opened(block)
         indices, ids = job.cases(number)
         self._take_earlier(directory, ids)
         requested = np.sort(ids)
@@ -167,13 +160,19 @@ class BlockRunner:
     def join(self, number: int, sources: Sequence[store.RunDirectory]) -> None:
         """Take over the batches of a block from other directories, and finish it."""
         block = store.Block(self.job.directory, number)
-        directory = block.directory(store.ResultSchema.of(self.job.grid))
-        for sentence in directory.load_intact_batches():
-            phases.print_line(f"{block.path}: {sentence}")
+        directory = self._opened(block)
         for source in sources:
             directory.link_batches(source)
         self._submit(number, block, np.sort(self.job.cases(number)[1]))
         self.collect()
+
+    def _opened(self, block: store.Block) -> store.RunDirectory:
+        """Return the directory of a block with its intact batches; what is damaged is said."""
+        directory = block.directory(store.ResultSchema.of(self.job.grid))
+        durable.check_writable(directory.scratch)
+        for sentence in directory.load_intact_batches():
+            phases.print_line(f"{block.path}: {sentence}")
+        return directory
 
     def _take_earlier(self, directory: store.RunDirectory, ids: np.ndarray) -> None:
         """Take over batches with cases of this block from before the run was divided."""

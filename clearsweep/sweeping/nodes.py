@@ -59,19 +59,13 @@ def stop_file(job: BlockJob, token: str) -> Path:
     return durable.scratch_file(job.directory / store.SCRATCH, f"{token}.part")
 
 
-@functools.lru_cache(maxsize=1)
-def _unpacked(content: bytes) -> BlockJob:
-    job: BlockJob = pickle.loads(content)
-    return job
-
-
 def _node_driver(token: str, content: bytes) -> _NodeDriver:
     """Return this process's driver for a run; that of an earlier run is closed."""
     if not _node_drivers or _node_drivers[0].token != token:
         while _node_drivers:
             _node_drivers.pop().case_runner.close()
         multiprocessing.current_process()._config.pop("daemon", None)  # type: ignore[attr-defined] # a nanny's child
-        _node_drivers.append(_NodeDriver(token, _unpacked(content)))
+        _node_drivers.append(_NodeDriver(token, pickle.loads(content)))
     return _node_drivers[0]
 
 
@@ -94,15 +88,13 @@ def _commits_in(node: _NodeDriver, number: int) -> Callable[[], np.ndarray]:
     return read_finished_ids
 
 
-def help_block(token: str, content: bytes, number: int) -> NodeReport:
-    """Run cases of another node's block, from its end, until all are committed."""
-    return run_block(token, content, number, is_helping=True)
-
-
 def run_block(
     token: str, content: bytes, number: int, most_failures: int | None = None, *, is_helping: bool = False
 ) -> NodeReport:
-    """Run the missing cases of a block with the workers of this node, and start finishing the block."""
+    """Run the missing cases of a block with the workers of this node, and start finishing the block.
+
+    is_helping : the block is that of another node, whose cases are run from its end until all are committed
+    """
     node, address = _node_driver(token, content), _address()
     case_runner, runner = node.case_runner, node.runner
     counts_before = case_runner.ran, case_runner.failed, case_runner.case_seconds
@@ -349,7 +341,8 @@ class NodesDriver:
             if len(self.tasks) >= node_count:
                 return
             if task.number not in self.committed and task.number not in helped_numbers:
-                future = self.cluster.submit(help_block, self.token, self.content, task.number)
+                helping = functools.partial(run_block, is_helping=True)
+                future = self.cluster.submit(helping, self.token, self.content, task.number)
                 self.tasks.append(_Task(task.number, future, is_helping=True))
 
     def _handle_completion(self, task: _Task, queue: "deque[int]") -> None:

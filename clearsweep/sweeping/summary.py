@@ -203,7 +203,11 @@ def estimate_text(facts: dict[str, Any]) -> str:
         f"{cases(facts['cases'])} to run; a run reuses those that its directory has",
         *derived_lines(facts["derived"]),
         *(f"no unit given, SI assumed: {path} = {text}" for path, text in assumed_texts(facts["assumed"]).items()),
-        *_defined_lines(facts["defined"]),
+        *(
+            f"define: {name}{' = ' * bool(each['expression'])}{each['expression']} = "
+            f"{grid_text(each['value'], each['unit'])}"
+            for name, each in facts["defined"].items()
+        ),
         *case_lines(facts["case"]),
         *facts["recommended"],
     ]
@@ -221,15 +225,6 @@ def estimate_text(facts: dict[str, Any]) -> str:
     lines.append(f"storage: about {wording.bytes_text(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
-
-
-def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
-    """Return a line for each user-defined quantity."""
-    lines = []
-    for name, quantity in defined.items():
-        formula = f" = {quantity['expression']}" if quantity["expression"] else ""
-        lines.append(f"define: {name}{formula} = {grid_text(quantity['value'], quantity['unit'])}")
-    return lines
 
 
 def case_lines(case: dict[str, Any]) -> list[str]:

@@ -230,11 +230,8 @@ HORIZON_SIZE = 0.01  # clearances: size at which prediction ends
 class Branches(NamedTuple):
     """Indices of latched numbers that select the branch of a force law: by their sign, or by their value."""
 
-    by_sign: Sequence[int] = ()
-    by_value: Sequence[int] = ()
-
-
-NO_BRANCHES = Branches()
+    by_sign: Sequence[int]
+    by_value: Sequence[int]
 
 
 class Perturbed:
@@ -254,7 +251,7 @@ class Perturbed:
         run: Pausing,
         scale: np.ndarray,
         tolerance: float,
-        branches: Branches = NO_BRANCHES,
+        branches: Branches,
     ):
         """Perturb the initial state of `run`.
 

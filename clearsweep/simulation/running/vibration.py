@@ -298,13 +298,6 @@ def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[
 OF_SPECTRA = ("_velocity_rms", "_velocity_x_rms", "_velocity_y_rms", "_zone", "_band_energy", "_velocity")
 
 
-class Motion(NamedTuple):
-    """The velocity of a place along x or y in the band."""
-
-    velocity_rms: float  # m/s
-    band_energy: float  # m^2/s^4
-
-
 def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]) -> dict[str, Any]:
     """Return the columns of vibration of a finished run; figures : its other columns by name."""
     signals.conclude()
@@ -357,9 +350,12 @@ def _frame_figures(signals: Signals) -> Iterator[tuple[str, float]]:
     yield "impact_power", means[DISSIPATED][0]
 
 
-def motion_of(squares: np.ndarray, rates: np.ndarray) -> Motion:
-    """Return the Motion in a band from the squares (m^2/s^2) of the amplitudes of its lines at `rates` (rad/s)."""
-    return Motion(math.sqrt(0.5 * float(squares.sum())), 0.5 * float((squares * rates**2).sum()))
+def motion_of(squares: np.ndarray, rates: np.ndarray) -> tuple[float, float]:
+    """Return the velocity (m/s rms) and the band energy (m^2/s^4) of a motion in a band.
+
+    squares : (m^2/s^2) of the amplitudes of the velocity of its lines at `rates` (rad/s)
+    """
+    return math.sqrt(0.5 * float(squares.sum())), 0.5 * float((squares * rates**2).sum())
 
 
 def _place_figures(
@@ -373,14 +369,13 @@ def _place_figures(
     zones, rates = signals.vibration.zones, signals.resolution * np.arange(signals.band.start, signals.band.stop)
     own = slice(spectrum, spectrum + len(columns))
     squares = signals.squares[own, signals.band]
-    motions = [motion_of(each, rates) for each in squares]
-    velocity = max(motion.velocity_rms for motion in motions)
+    velocities, energies = zip(*(motion_of(each, rates) for each in squares), strict=True)
+    velocity = max(velocities)
     values: dict[str, Any] = {f"{name}_velocity_rms": velocity}
-    for letter, motion in zip("xy", motions, strict=False):
-        values[f"{name}_velocity_{letter}_rms"] = motion.velocity_rms
+    values |= {f"{name}_velocity_{letter}_rms": each for letter, each in zip("xy", velocities, strict=False)}
     values[f"{name}_zone"] = zone_of(velocity, zones) if zones else None
     axis, signal_figures = _signature_of(name, signals, columns)
-    values[f"{name}_band_energy"] = motions[axis].band_energy
+    values[f"{name}_band_energy"] = energies[axis]
     envelope = enumerate(signals.envelopes[spectrum + axis].tolist())
     values |= {f"{name}_{key}": None if each is None else float(each[own].max()) for key, each in bearing_lines.items()}
     return values | signal_figures | {f"{name}_envelope_order_{k}": value for k, value in envelope}

@@ -56,14 +56,16 @@ class Clock:
 
 
 @dataclass(frozen=True)
-class SteadyClock(Clock):
-    """Clock of a crank at constant speed, or of a machine without a crank; it shows time."""
+class EvenClock(Clock):
+    """Clock of a steady machine, which shows time, or of a free crank, which shows its angle."""
 
-    period: float  # s, of a revolution
+    period: float  # s or rad, of a revolution
+    start: float = 0.0
+    free: bool = False
 
     def value_after(self, revolutions: Any) -> Any:
-        """Return the time (s) after numbers of revolutions."""
-        return revolutions * self.period
+        """Return the time (s) or the angle (rad) after numbers of revolutions."""
+        return self.start + self.period * revolutions
 
     values_after = value_after
 
@@ -103,26 +105,12 @@ class PathClock(Clock):
         return planar.passage_time(self.path, self.path.start_angle + self.direction * 2.0 * math.pi * revolutions)
 
 
-@dataclass(frozen=True)
-class FreeClock(Clock):
-    """Clock of a free crank; it shows the crank angle."""
-
-    start: float  # rad
-    free = True
-
-    def value_after(self, revolutions: Any) -> Any:
-        """Return the angle (rad) after numbers of revolutions."""
-        return self.start + 2.0 * math.pi * revolutions
-
-    values_after = value_after
-
-
 def clock_of(machine: Machine | None, period: float, *, is_timed: bool = False) -> Clock:
     """Return the clock of a machine; `period` (s): a revolution at its nominal speed, or a cycle if it `is_timed`."""
     if machine is None or is_timed or isinstance(machine.drive, Constant):
-        return SteadyClock(period)
+        return EvenClock(period)
     if isinstance(machine.drive, Motor):
-        return FreeClock(machine.drive.start_angle)
+        return EvenClock(2.0 * math.pi, machine.drive.start_angle, free=True)
     if isinstance(machine.drive, Path):
         return PathClock(machine.drive, planar.direction_of(machine.drive))
     assert isinstance(machine.drive, Schedule)  # the only other drive
@@ -140,8 +128,8 @@ def scheduled_clock(schedule: Schedule) -> ScheduledClock:
 
 def knots_of(machine: Machine | None, *, is_timed: bool) -> list[float]:
     """Return the times (s) at which an acceleration or the slope of a load jumps; empty for a run over angles."""
-    has_angles = machine is None or (isinstance(machine.drive, Motor) and not is_timed)
-    return [] if machine is None or has_angles else planar.discontinuity_times(machine)
+    has_times = machine is not None and (is_timed or not isinstance(machine.drive, Motor))
+    return planar.discontinuity_times(machine) if machine and has_times else []
 
 
 def start_up(machine: Machine | None) -> tuple[float, float]:

@@ -235,10 +235,7 @@ class CaseRunner:
         """Return the peak revolution of each finished case, or None for a case whose peak is not found again."""
         workers = self.workers or self.here or self.start_workers(len(worst_cases))
         results: list[Peak | None] = []
-        tasks = [
-            _submit_peak(workers, self.simulator, grid.case_at(case.point), peak_column(grid, case), case)
-            for case in worst_cases
-        ]
+        tasks = [_submit_peak(workers, self.simulator, grid.case_at(case.point), case) for case in worst_cases]
         for done, (task, worst_case) in enumerate(zip(tasks, worst_cases, strict=True)):
             if saving := phases.innermost_phase():
                 saving.note(share=done / len(worst_cases))
@@ -264,11 +261,6 @@ class CaseRunner:
             worker_count, self.options.scheduler, self.simulator.load
         )
         return self.workers
-
-
-def peak_column(grid: grids.Grid, worst_case: store.Worst) -> str:
-    """Return the column of the summary with the largest normal force of a case."""
-    return f"{grid.layout.joints[worst_case.joint].name}_force_peak"
 
 
 def peak_or_none(worst_case: store.Worst, result: Peak | str) -> Peak | None:

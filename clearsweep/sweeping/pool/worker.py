@@ -238,17 +238,14 @@ def prepare(working: store.Working, compile_part: Callable[[Case], None], case: 
     return phases.compile_seconds() - begin
 
 
-def find_peak(simulator: Simulator, case: Case, column: str, worst_case: store.Worst) -> Peak | str:
-    """Return the revolution of a finished case with its largest normal force, or the reason why it is not found.
-
-    column : of the summary, that of this force
-    """
+def find_peak(simulator: Simulator, case: Case, worst_case: store.Worst) -> Peak | str:
+    """Return the revolution of a finished case with its largest normal force, or the reason why it is not found."""
     try:
         revolutions = worst_case.revolutions or case.simulate.revolutions
         peak = simulator.peak(case, worst_case.joint, revolutions, worst_case.window_from)
     except Exception as error:
         return error_line(error)
-    is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
+    is_same_peak = peak.path.status == "ok" and peak.path.summary[worst_case.column] == worst_case.peak
     return peak if is_same_peak else "its motion differs on this machine"
 
 
