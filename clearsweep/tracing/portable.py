@@ -175,6 +175,27 @@ def lobatto_rule(count: int) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
+def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return a @ b for an array b (n,) or (n, m), with sums in an order that is the same on every processor.
+
+    OpenBLAS, which numpy takes for `@`, has code of its own for each processor.
+    """
+    result: np.ndarray = np.einsum("...i,i->..." if np.ndim(b) == 1 else "...i,ij->...j", a, b)
+    return result
+
+
+def solve(matrix: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Return x (n,) of matrix x = right for a matrix (n, n), by Gauss and Jordan's elimination with pivots."""
+    rows, count = np.column_stack([matrix, right]), len(matrix)
+    for k in range(count):
+        pivot = k + int(np.argmax(np.abs(rows[k:, k])))
+        rows[[k, pivot]] = rows[[pivot, k]]
+        rows[k] /= rows[k, k]
+        others = np.arange(count) != k
+        rows[others] -= np.outer(rows[others, k], rows[k])
+    return rows[:, -1]
+
+
 def line_through(x: np.ndarray, y: np.ndarray, weights: np.ndarray) -> tuple[float, float]:
     """Return slope and value at 0 of the line with the least weighted sum of squared distances in y."""
     total = math.fsum(weights)

@@ -239,7 +239,7 @@ def _seated_position_worn_on_foundation(joint, eccentricity, angles):
         current_force, _ = force_and_depth(pin)
         step = 1e-6 * pen
         jacobian = np.array([(force_and_depth(pin + step * axis)[0] - current_force) / step for axis in np.eye(2)]).T
-        correction = np.linalg.solve(jacobian, target - current_force)
+        correction = portable.solve(jacobian, target - current_force)
         pin = pin + correction * min(1.0, pen / float(np.hypot(*correction)))
         if np.hypot(*correction) < 1e-13 * distance:
             break

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...tracing import portable
 from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import direction, rough_cube_root, where
 from ...tracing.compiled.dual import as_type_of, plain
@@ -306,27 +307,28 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
     exponent = elastic.exponent
 
     def energy(position: np.ndarray) -> float:
-        approaches = np.maximum(unit @ position - joint.radial_clearance, 0.0)
+        approaches = np.maximum(portable.product(unit, position) - joint.radial_clearance, 0.0)
         stored = elastic.stiffness / (exponent + 1.0) * np.sum(approaches ** (exponent + 1.0))
-        return float(stored - force @ position)
+        return float(stored - portable.product(force, position))
 
     low, high, toward = 0.0, joint.clearance, force / size
-    while element_loads(joint, *(high * toward), angle) @ (unit @ toward) < size:
+    along = portable.product(unit, toward)
+    while portable.product(element_loads(joint, *(high * toward), angle), along) < size:
         low, high = high, 2.0 * high
     for _ in range(60):
         middle = 0.5 * (low + high)
-        is_short = element_loads(joint, *(middle * toward), angle) @ (unit @ toward) < size
+        is_short = portable.product(element_loads(joint, *(middle * toward), angle), along) < size
         low, high = (middle, high) if is_short else (low, middle)
     position = high * toward
     damping, least = 1e-3, energy(position)
     for _ in range(SOLVER_STEPS):
-        approaches = np.maximum(unit @ position - joint.radial_clearance, 0.0)
-        residual = force - elastic.stiffness * approaches**exponent @ unit
+        approaches = np.maximum(portable.product(unit, position) - joint.radial_clearance, 0.0)
+        residual = force - portable.product(elastic.stiffness * approaches**exponent, unit)
         if np.hypot(*residual) <= SOLVER_TOLERANCE * size:
             break
         rates = np.where(approaches > 0.0, elastic.stiffness * exponent * approaches ** (exponent - 1.0), 0.0)
-        stiffness = (unit * rates[:, None]).T @ unit
-        step = np.linalg.solve(stiffness + damping * np.trace(stiffness) * np.eye(2), residual)
+        stiffness = portable.product((unit * rates[:, None]).T, unit)
+        step = portable.solve(stiffness + damping * np.trace(stiffness) * np.eye(2), residual)
         reached = energy(position + step)
         if reached <= least + 1e-15 * abs(least):
             position, least, damping = position + step, reached, max(0.1 * damping, 1e-15)

@@ -13,8 +13,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 
+from ...tracing import portable
 from ...tracing.compiled import calculus
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import kernel
@@ -191,7 +191,7 @@ def _solve_bulk_penetration(
 
 def _energies(x: np.ndarray, log_force, power: float) -> np.ndarray:
     """Return the integral (J) of the force over the penetration up to each x = ln pen; `log_force` : spline of ln F."""
-    nodes, weights = leggauss(5)
+    nodes, weights = portable.gauss_rule(5)
     points = x[:-1, None] + 0.5 * STEP * (nodes + 1.0)
-    increments = 0.5 * STEP * np.exp(log_force(points) + points) @ weights
+    increments = 0.5 * STEP * portable.product(np.exp(log_force(points) + points), weights)
     return np.concatenate([[0.0], np.cumsum(increments)]) + math.exp(float(log_force(x[0])) + x[0]) / (power + 1.0)

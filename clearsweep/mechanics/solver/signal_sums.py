@@ -11,10 +11,10 @@ import math
 
 import numpy as np
 
+from ...tracing import portable
 from ...tracing.compiled.choosing import lane_range, rolled_range
 from ...tracing.compiled.family import Routine, kernel, shaped
 from ...tracing.memory import Fields
-from ...tracing.portable import coefficients_through
 from ..observe import NODE_FRACTIONS, STAGES, START, TIME
 from .collocation import WEIGHTS
 from .slow_sums import DURATION, SIGNALS
@@ -31,7 +31,7 @@ REST = 1.0 - BITS
 FORCES_AT = 2  # place of the forces on the frame among the columns with sums
 
 #: From values at the nodes to the coefficients, highest first, of their polynomial over -1 to 1 in the step.
-COEFFICIENTS = np.ascontiguousarray(coefficients_through(2.0 * FRACTIONS - 1.0).rounded()[::-1].T)
+COEFFICIENTS = np.ascontiguousarray(portable.coefficients_through(2.0 * FRACTIONS - 1.0).rounded()[::-1].T)
 
 
 def values_at(points: np.ndarray) -> np.ndarray:
@@ -216,7 +216,8 @@ def _weights_at(lines: np.ndarray, count: int) -> np.ndarray:
     """
     points = 0.5 * np.cos(math.pi * np.arange(1, BIN_MOMENTS, 2) / (2 * BIN_MOMENTS))  # of the width; or negative
     phases = 2.0 * math.pi / count * np.outer(lines, points)
-    to_weights = np.linalg.inv(np.vander(points**2, increasing=True)).T
+    to_weights = portable.coefficients_through(points**2).rounded().T
     weights = np.empty((len(phases), BIN_MOMENTS), dtype=complex)
-    weights[:, 0::2], weights[:, 1::2] = np.cos(phases) @ to_weights, -1j * (np.sin(phases) / points @ to_weights)
+    weights[:, 0::2] = portable.product(np.cos(phases), to_weights)
+    weights[:, 1::2] = -1j * portable.product(np.sin(phases) / points, to_weights)
     return weights

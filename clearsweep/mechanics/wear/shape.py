@@ -77,9 +77,10 @@ def smooth_depths(depths: np.ndarray, width: float) -> np.ndarray:
     count = len(depths)
     orders = np.arange(min(count, KNOTS) // 2)  # of harmonics; higher ones would alias
     angles = math.pi * orders / count
-    phase_shift = portable.cos(angles) - 1j * portable.sin(angles)
-    spectrum = np.fft.rfft(depths)[: orders.size] * phase_shift
-    bin_mean_factor = np.append(1.0, portable.sin(angles[1:]) / angles[1:])
+    cosines, sines, bins = portable.cos(angles), portable.sin(angles), np.fft.rfft(depths)[: orders.size]
+    # numpy multiplies complex numbers with other bits where a processor has no fused operations
+    spectrum = bins.real * cosines + bins.imag * sines + 1j * (bins.imag * cosines - bins.real * sines)
+    bin_mean_factor = np.append(1.0, sines[1:] / angles[1:])
     filtered = spectrum / bin_mean_factor * portable.exp(-0.5 * (orders * width) ** 2)
     values: np.ndarray = np.fft.irfft(filtered, KNOTS) * (KNOTS / count)
     return values
@@ -109,7 +110,7 @@ def fit_profile(values: np.ndarray, least: float) -> np.ndarray:
     Problems, chapter 23: least distance programming.)
     """
     operator = second_derivatives() + np.eye(KNOTS)
-    shortfall = least - operator @ values
+    shortfall = least - portable.product(operator, values)
     if shortfall.max() <= 0.0:
         return values
     from scipy.optimize import nnls
@@ -118,8 +119,12 @@ def fit_profile(values: np.ndarray, least: float) -> np.ndarray:
     rows = (operator - 1.0 / KNOTS) / scale  # without its mean, a change moves no volume
     system = np.vstack([rows.T, shortfall[None] / unit])
     target = np.append(np.zeros(KNOTS), 1.0)
-    multipliers, _ = nnls(system, target, maxiter=MAX_FIT_STEPS)
-    residual = system @ multipliers - target
+    # the library only finds which multipliers are positive, as its last bits depend on the processor
+    positive = system[:, nnls(system, target, maxiter=MAX_FIT_STEPS)[0] > 0.0]
+    squares, residual = portable.product(positive.T, positive), -target
+    for _ in range(2):  # the second time for what the condition of the squares has cost
+        change = portable.solve(squares, portable.product(positive.T, residual))
+        residual = residual - portable.product(positive, change)
     return values - (unit / scale) * residual[:-1] / residual[-1]
 
 
@@ -145,7 +150,7 @@ def conformal_profiles(bearing: np.ndarray, journal: np.ndarray, clearance: floa
 
 def least_radius_change(profile: np.ndarray) -> float:
     """Return the least h + h'' (m) at the knots of a profile (KNOTS,) m."""
-    return float(np.min(profile + second_derivatives() @ profile))
+    return float(np.min(profile + portable.product(second_derivatives(), profile)))
 
 
 def bin_means(profile: np.ndarray, count: int) -> np.ndarray:

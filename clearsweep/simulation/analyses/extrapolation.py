@@ -21,6 +21,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ...tracing import portable
+
 SAFETY = 0.9  # safety factor on the jump whose error would equal the tolerance
 MAX_JUMP_RATIO, MIN_JUMP_RATIO = 2.0, 0.5  # largest and smallest ratio of successive jumps
 MIN_RELATIVE_GROWTH = 0.1  # of the mean rate of the limited quantity: slower rates are compared with this
@@ -164,7 +166,7 @@ def _corrected(old_rate: np.ndarray, new_rate: np.ndarray, slope: np.ndarray) ->
 
     slope : (n,) derivatives of the limited quantity
     """
-    rate_before, rate_after = float(slope @ old_rate), float(slope @ new_rate)
+    rate_before, rate_after = float(portable.product(slope, old_rate)), float(portable.product(slope, new_rate))
     half_change = (
         min(max(0.5 * (rate_after - rate_before) / rate_before, -MAX_RATE_CORRECTION), MAX_RATE_CORRECTION)
         if rate_before > 0.0
@@ -256,7 +258,8 @@ def _interval(
     total = nodes[-1].revolutions
     slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # growth in each jump
     floor = MIN_RELATIVE_GROWTH * settings.limit / total
-    growth_rates = [max(float(slope @ node.rate), floor) for slope, node in zip(slopes, nodes, strict=True)]
+    growths = (float(portable.product(slope, node.rate)) for slope, node in zip(slopes, nodes, strict=True))
+    growth_rates = [max(growth, floor) for growth in growths]
     weights: dict[int, float] = {}  # per block: revolutions to which its rate applies, times its relative error
     for index, turns in enumerate(_revolutions_by_block(nodes, jump)):
         block = nodes[index].block
@@ -302,7 +305,7 @@ def _revolutions_by_block(nodes: list[Node], jump: float | None) -> list[float]:
 def _rate_half_width(slope: np.ndarray, block: Block) -> float:
     """Return the half-width of the 95 % interval of the limited quantity's rate; bin errors are fully correlated."""
     contributes = slope != 0.0
-    return float(np.abs(slope[contributes]) @ block.width[contributes])
+    return float(portable.product(np.abs(slope[contributes]), block.width[contributes]))
 
 
 def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], growth_rates: list[float]) -> float:
@@ -317,5 +320,5 @@ def _change_without_every_other(nodes: list[Node], slopes: list[np.ndarray], gro
         node, next_node = nodes[start], nodes[end]
         rates = node.rate + (next_node.rate if last_index > 1 else node.rate)
         change = 0.5 * (next_node.revolutions - node.revolutions) * rates - (next_node.state - node.state)
-        total += float(slopes[end - 1] @ change) / growth_rates[end]
+        total += float(portable.product(slopes[end - 1], change)) / growth_rates[end]
     return total

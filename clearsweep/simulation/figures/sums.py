@@ -16,6 +16,7 @@ from ...contracts.catalogue import Figure
 from ...contracts.layout import Layout
 from ...mechanics import observe
 from ...mechanics.solver.totals import Totals
+from ...tracing import portable
 from .window import CONFIDENCE, DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, inflation_of, lag_correlation
 
 #: `student_quantile` of 1, 2, 3... degrees of freedom by scipy, which takes longer to load than a case to run.
@@ -47,7 +48,7 @@ def half_width(values: np.ndarray) -> float:
     if count < 2:
         return math.inf
     deviations = values - values.mean()
-    sum_of_squares = float(deviations @ deviations)
+    sum_of_squares = float(portable.product(deviations, deviations))
     if sum_of_squares == 0.0:
         return 0.0
     correlation = lag_correlation(values)

@@ -16,6 +16,7 @@ from ...mechanics.observe import Largest, Resultant
 from ...mechanics.solver.integration import Counts
 from ...mechanics.solver.totals import ContactTotals, Totals
 from ...mechanics.wear import MAX_BINS, Account
+from ...tracing import portable
 
 # Quantiles of a value per revolution, and their intervals.
 
@@ -84,8 +85,8 @@ def lag_correlation(values: np.ndarray) -> float:
     if len(values) < 3:
         return 0.0  # two values lie on either side of their mean
     deviations = values - np.add.reduce(values) / len(values)
-    squares = float(deviations @ deviations)
-    return float(deviations[1:] @ deviations[:-1]) / squares if squares > 0.0 else 0.0
+    squares = float(portable.product(deviations, deviations))
+    return float(portable.product(deviations[1:], deviations[:-1])) / squares if squares > 0.0 else 0.0
 
 
 def inflation_of(correlation: float) -> float:
@@ -211,7 +212,7 @@ def _tail_quantile(tail: Tail, rate: float, probability: float) -> float:
     """Return the quantile `probability` of the largest of `rate` values above the threshold."""
 
     def probability_below(value: float) -> float:
-        return float(tail.weight @ np.exp(-rate * tail.exceedance_probabilities(value)))
+        return float(portable.product(tail.weight, np.exp(-rate * tail.exceedance_probabilities(value))))
 
     low, high = 0.0, float(tail.scale.max())
     while probability_below(high) < probability:

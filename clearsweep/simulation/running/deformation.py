@@ -11,6 +11,7 @@ from ...mechanics.machines.contract import signal_count
 from ...mechanics.observe import START
 from ...mechanics.solver.signal_sums import EXCESS, FINE_POINTS, NODE_COUNT, TO_FINE_POINTS, values_at
 from ...mechanics.solver.slow_sums import SIGNALS
+from ...tracing import portable
 from ..setup.scene import Scene
 
 ZOOM_POINTS = FINE_POINTS[0] * np.linspace(-1.0, 1.0, 65)  # about the largest of the fine points
@@ -26,12 +27,12 @@ def largest_size(values: np.ndarray, bound: float) -> float:
     size = np.maximum(high, -low)
     largest = max(bound, float(size.max()))
     candidates = flat[size + EXCESS * (high - low) > largest]
-    fine = np.abs(candidates @ TO_FINE_POINTS)
+    fine = np.abs(portable.product(candidates, TO_FINE_POINTS))
     if not fine.size or fine.max() <= bound:
         return largest
     step, point = np.unravel_index(int(fine.argmax()), fine.shape)
     nearby = np.clip(FINE_POINTS[point] + ZOOM_POINTS, 0.0, 1.0)
-    return max(largest, float(np.abs(candidates[step] @ values_at(nearby)).max()))
+    return max(largest, float(np.abs(portable.product(candidates[step], values_at(nearby))).max()))
 
 
 END_POINTS = 3  # turning points between which the last two ranges lie
@@ -274,6 +275,6 @@ class LinkSignals:
 def _edge_histories(stresses: np.ndarray) -> np.ndarray:
     """Return stresses (steps, 2, stations, nodes) at the start and fine points of all steps: (2 stations, points)."""
     steps = len(stresses)
-    fine = stresses @ TO_FINE_POINTS
+    fine = portable.product(stresses, TO_FINE_POINTS)
     joined = np.concatenate([stresses[..., START : START + 1], fine], axis=-1).reshape(steps, -1, fine.shape[-1] + 1)
     return joined.transpose(1, 0, 2).reshape(joined.shape[1], -1)

@@ -292,7 +292,7 @@ class Perturbed:
             np.all(np.sign(work.latched[self.by_sign]) == np.sign(base.latched[self.by_sign]))
         )
         same_contacts = same_contacts and bool(np.all(work.latched[self.by_value] == base.latched[self.by_value]))
-        distance = float(np.linalg.norm((work.y[:n] - base.y[:n]) / self.scale))
+        distance = math.sqrt(np.sum(np.square((work.y[:n] - base.y[:n]) / self.scale)))
         if not same_contacts and distance < SATURATION:
             return
         self.times.append(float(base.y[base.time]))

@@ -27,6 +27,7 @@ from ...mechanics.solver.signal_sums import (
     values_at,
 )
 from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE, DURATION, FREE, SIGNALS
+from ...tracing import portable
 from ..machine.shaking import ideal_shaking, lines_in, longest_stretch, responses
 from ..setup.scene import Scene, ScheduledClock
 from .deformation import ZOOM_POINTS
@@ -169,7 +170,7 @@ class Signals:
         """Put the crank angle (rad) and its derivative by the fraction of the step into recorded rows."""
         crank_clock, time = self.scene.crank_clock, rows[:, SIGNALS + observe.TIME]
         if not isinstance(crank_clock, ScheduledClock):
-            rows[:, FREE] = rows[:, SIGNALS + observe.ANGLE] @ TO_SLOPES
+            rows[:, FREE] = portable.product(rows[:, SIGNALS + observe.ANGLE], TO_SLOPES)
             return
         row = np.clip(np.searchsorted(crank_clock.times, time, side="right") - 1, 0, len(crank_clock.times) - 1)
         elapsed, speed = time - crank_clock.times[row], np.interp(time, crank_clock.times, crank_clock.speeds)
@@ -245,7 +246,7 @@ class Signals:
             line = rate / resolution
             if min(line % self.order_lines, -line % self.order_lines, self.lines - line) < len(WINDOW):
                 return None
-            amplitudes = np.abs(transforms @ window_transform(line - np.arange(self.lines + 1)))
+            amplitudes = np.abs(portable.product(transforms, window_transform(line - np.arange(self.lines + 1))))
             if self.vibration.frame.mass is not None:
                 amplitudes[:2] *= np.abs(responses(self.vibration.frame, rate, 2)[:, 1])
             squares.append(amplitudes**2)
@@ -260,9 +261,9 @@ class Signals:
         self.squares, self.envelopes = self.squares / count, self.envelopes / count
         self.order_amplitudes = np.abs(self.order_sums) / count
         self.means = self.sums.sum(axis=2) / self.time
-        centre = FINE_POINTS[np.argmax(peaks @ TO_FINE_POINTS, axis=-1)]
+        centre = FINE_POINTS[np.argmax(portable.product(peaks, TO_FINE_POINTS), axis=-1)]
         near = 2.0 * np.clip(centre[..., None] + ZOOM_POINTS, 0.0, 1.0) - 1.0
-        total, coefficients = np.zeros(near.shape), peaks @ COEFFICIENTS
+        total, coefficients = np.zeros(near.shape), portable.product(peaks, COEFFICIENTS)
         for power in range(NODE_COUNT):
             total = total * near + coefficients[..., power, None]
         self.bounds[chosen] = np.maximum(self.bounds[chosen], total.max(axis=-1))
@@ -284,11 +285,11 @@ def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[
     low, high = 0.0, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        is_before = float(row[column] @ values_at(np.array([middle]))[:, 0]) < end
+        is_before = float(portable.product(row[column], values_at(np.array([middle]))[:, 0])) < end
         low, high = (middle, high) if is_before else (low, middle)
     parts = []
     for begin, length in ((0.0, low), (low, 1.0 - low)):
-        part = row @ values_at(begin + length * FRACTIONS)
+        part = portable.product(row, values_at(begin + length * FRACTIONS))
         part[[DURATION, FREE]] *= length
         parts.append(part[None])
     return parts[0], parts[1]

@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.machine import Bending, Body, Elastic, Machine
+from ....tracing import portable
 from ....tracing.compiled.family import kernel
 from ....tracing.compiled.pinned import array_handle, load_item, load_items
 
@@ -346,11 +347,12 @@ def compile_bent_point(body: Body, elastic: Elastic, bending: Bending, place: tu
     axial = line.direction
     transverse = np.array([-axial[1], axial[0]])
     arm = np.array(place) - line.near
-    section = min(max(float(arm @ axial) / line.length, 0.0), 1.0)
+    along, across = float(portable.product(arm, axial)), float(portable.product(arm, transverse))
+    section = min(max(along / line.length, 0.0), 1.0)
     section = round(section) if abs(section - round(section)) < AT_PIN else section
-    offset_along, offset_across = float(arm @ axial) - section * line.length, float(arm @ transverse)
-    turns = orders * math.pi / line.length * np.cos(orders * math.pi * section)
-    deflections = np.sin(orders * math.pi * section) if 0.0 < section < 1.0 else np.zeros(bending.modes)
+    offset_along, offset_across = along - section * line.length, across
+    turns = orders * math.pi / line.length * portable.cos(orders * math.pi * section)
+    deflections = portable.sin(orders * math.pi * section) if 0.0 < section < 1.0 else np.zeros(bending.modes)
     slopes = [
         _compile_vector(-offset_across * turn * axial + (deflection + offset_along * turn) * transverse)
         for turn, deflection in zip(turns, deflections, strict=True)
@@ -428,7 +430,7 @@ def value_of(shape: Shape, place):
     """Return a shape at places s / l."""
     name, *numbers = shape
     if name == "sine":
-        return np.sin(numbers[0] * math.pi * place)
+        return portable.sin(numbers[0] * math.pi * place)
     if name == "ramp":
         return ramp(*numbers, place)
     if name == "step":
@@ -448,11 +450,12 @@ def _ends_of_pieces(shape: Shape) -> set[float]:
 def integral_of_product(first: Shape, second: Shape) -> float:
     """Return the integral of the product of two shapes over s / l from 0 to 1; 0 where only rounding is left."""
     ends = sorted({0.0, 1.0} | _ends_of_pieces(first) | _ends_of_pieces(second))
-    nodes, weights = np.polynomial.legendre.leggauss(GAUSS_POINTS)
+    nodes, weights = portable.gauss_rule(GAUSS_POINTS)
     total = 0.0
     for begin, end in itertools.pairwise(ends):
         places = begin + 0.5 * (end - begin) * (nodes + 1.0)
-        total += 0.5 * (end - begin) * float(weights @ (value_of(first, places) * value_of(second, places)))
+        products = value_of(first, places) * value_of(second, places)
+        total += 0.5 * (end - begin) * float(portable.product(weights, products))
     return total if abs(total) > NO_LENGTH else 0.0
 
 

@@ -18,6 +18,7 @@ from ....contracts.catalogue import (
     Outline,
 )
 from ....contracts.machine import GROUND, Aim, Body, BodyPoint, Constant, Guide, Machine, Push
+from ....tracing import portable
 from ....tracing.compiled.vector import Vector
 from ...joints.spatial import SpatialLoad, deepest_of, overlap_of
 from .. import described
@@ -281,8 +282,10 @@ def _sliding_coordinates(assembly: Assembly, attachment: Attachment, body_poses:
         _planar_point(assembly, endpoint, body_poses) for endpoint in (attachment.near, attachment.far)
     )
     axis_rate = parent_pose.spin * np.array([-direction[1], direction[0]])
-    return [float(direction @ (far_end - near_end))], [
-        float(direction @ (far_velocity - near_velocity) + axis_rate @ (far_end - near_end))
+    return [float(portable.product(direction, far_end - near_end))], [
+        float(
+            portable.product(direction, far_velocity - near_velocity) + portable.product(axis_rate, far_end - near_end)
+        )
     ]
 
 
