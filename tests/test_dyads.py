@@ -49,7 +49,7 @@ def machines(draw, kind):
         joints = pin("middle", "link.a", "end.o"), guide("last", "ground.foot", "end.o", turned)
     elif kind == "RPR":
         start = dict.fromkeys(("link", "end"), math.atan2(-foot[1], 0.05 - foot[0]))
-        second = offset  # the pin of the guide beside the line
+        second = offset  # the pin of the guide next to the line
         joints = guide("middle", "end.a", "link.o", 0.3 * turned), pin("last", "ground.foot", "end.o")
     else:
         joints = (
@@ -94,11 +94,11 @@ def test_a_dyad_is_where_newtons_method_puts_it(kind, data, turns, moved):
 def test_a_dyad_has_the_derivatives_of_newtons_method(kind, data, turns):
     value, y = built_of(data.draw(machines(kind)), turns)
     for state in (Seeded(y, 0), nested(y)):
-        found, expected = (
+        closed, expected = (
             parts([*places, *rates])
             for places, rates in (numbers_of(pose_at(form, state)) for form in (value, value._replace(sides=())))
         )
-        assert found == pytest.approx(expected, rel=0.0, abs=1e-11 * max(map(abs, expected)))
+        assert closed == pytest.approx(expected, rel=0.0, abs=1e-11 * max(map(abs, expected)))
 
 
 def nested(y):

@@ -183,7 +183,7 @@ def test_penetration_follows_back_from_the_force_of_johnson_and_esdu(name, const
 
 
 @pytest.mark.parametrize("factor", [1, 2])
-def test_penetration_follows_back_from_radzimovsky_s_formula_with_radii_and_roark_s_with_diameters(factor):
+def test_penetration_follows_back_by_radzimovsky_and_roark(factor):
     for pen in np.geomspace(1e-12, 1e-4, 100):
         line = force("radzimovsky", pen, curvature_factor=factor) / LENGTH
         width = 1.60 * math.sqrt(line * factor * BEARING * JOURNAL / CLEARANCE / MODULUS)

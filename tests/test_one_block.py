@@ -124,7 +124,7 @@ def _forgetful(friction, *rest):
 
 
 def entered(law, form):
-    contract.enter(contract.Recipe(law, (form,), lambda joint: form()))
+    contract.register_recipe(contract.Recipe(law, (form,), lambda joint: form()))
 
 
 def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
@@ -149,17 +149,17 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
 def test_a_law_whose_description_does_not_fit_its_numbers_is_refused(recipes):
     hertz = recipes["law", "hertz"]
     with pytest.raises(TypeError, match="law 'hertz': is the name of a law of the package"):
-        contract.enter(hertz)
+        contract.register_recipe(hertz)
     silent = hertz.law._replace(name="silent", fields=(RESTITUTION,))
     with pytest.raises(TypeError, match="takes a restitution, but declares none that a free impact returns"):
-        contract.enter(hertz._replace(law=silent, free_restitution=None))
+        contract.register_recipe(hertz._replace(law=silent, free_restitution=None))
     with pytest.raises(TypeError, match="takes no stiffness for a spring of its own"):
-        contract.enter(hertz._replace(law=hertz.law._replace(name="loose", uses_elastic=False)))
+        contract.register_recipe(hertz._replace(law=hertz.law._replace(name="loose", uses_elastic=False)))
 
 
 def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(recipes):
     hertz = recipes["law", "hertz"]
-    contract.enter(hertz._replace(law=hertz.law._replace(name="astray"), make=lambda joint: Linear(1.0)))
+    contract.register_recipe(hertz._replace(law=hertz.law._replace(name="astray"), make=lambda joint: Linear(1.0)))
     case = changed(PAIR, {"joints.pair.contact": {"law": "astray", "stiffness": 6.61e10}})
     joint = grid.load(case, simulation.catalogue()).case(0).joints[0]
     with pytest.raises(TypeError, match="law 'astray': makes a Linear, entered with Lossless"):
@@ -168,9 +168,9 @@ def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(rec
 
 def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(recipes):
     mean, tanh = recipes["pressure", "mean"], recipes["friction", "tanh"]
-    contract.enter(mean._replace(law=mean.law._replace(name="even")))
+    contract.register_recipe(mean._replace(law=mean.law._replace(name="even")))
     fields = (*tanh.law.fields[:1], Field("velocity_scale", "m/s", default=2e-3))
-    contract.enter(tanh._replace(law=tanh.law._replace(name="soft", fields=fields)))
+    contract.register_recipe(tanh._replace(law=tanh.law._replace(name="soft", fields=fields)))
     changes = {
         "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "pressure": "even"},
         "joints.rod-slider.friction": {"law": "soft", "coefficient": 0.1},

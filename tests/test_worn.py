@@ -187,13 +187,13 @@ def test_the_deepest_point_is_the_same_from_wherever_it_was_found_last(size):
         place = gap(size * C * math.cos(direction), size * C * math.sin(direction), angles, (0.02, -0.1, 30.0, -80.0))
         expected = nearest(worn, place)
         starts = (0.0, 3.0, 1e-7, -1e-5, 1e-3, -3e-3, 0.1, math.pi, 2.0 * math.pi)
-        for found in (np.array([expected.angle + offset]) for offset in starts):
+        for last_angle in (np.array([expected.angle + offset]) for offset in starts):
             for _ in range(2):
-                there = nearest(worn, place, found)
+                there = nearest(worn, place, last_angle)
                 assert there.depth == pytest.approx(expected.depth, abs=1e-12 * C)
                 assert (there.nx, there.ny) == pytest.approx((expected.nx, expected.ny), abs=2e-8)
                 assert there.rate == pytest.approx(expected.rate, rel=1e-6)
-            assert math.remainder(found[0] - there.angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-15)
+            assert math.remainder(last_angle[0] - there.angle, 2.0 * math.pi) == pytest.approx(0.0, abs=1e-15)
 
 
 def test_the_least_penetration_is_known_far_from_the_eccentricity():
@@ -384,7 +384,7 @@ def test_arcs_that_move_wear_each_bin_as_each_of_them_alone():
     """Also one that does not touch, and where both bodies have turned many times."""
     worn, places = joint(BEARING.bins(), JOURNAL.bins(), BEDDED, elastic="winkler"), np.linspace(0.3, 0.9, POINTS)
     rooms = [room_at(40.0 + place, 6.0 * math.pi - 2.0 * place, (place - 0.4) * C) for place in places]
-    arcs, areas = [arc_at(worn, room, 0.5) for room in rooms], np.linspace(1e-9, 3e-9, POINTS)
+    arcs, areas = [arc_at(worn, workspace, 0.5) for workspace in rooms], np.linspace(1e-9, 3e-9, POINTS)
     areas[places <= 0.4] = 0.0
     assert areas[0] == 0.0 < areas[-1]
     for body in (0, 1):

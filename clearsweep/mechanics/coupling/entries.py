@@ -97,7 +97,7 @@ class _Sweep(NamedTuple):
     latched: np.ndarray
     k: np.ndarray
     nodes: np.ndarray
-    found: np.ndarray
+    deepest_angles: np.ndarray
     length: float
 
 
@@ -119,8 +119,8 @@ def _update_components(sweep, begin, end):
 def _evaluate_rates(scene, sweep):
     """Evaluate the rates of all stages; return the Loads of the joints."""
     for i in lane_range(STAGES):
-        nodes, found = sweep.nodes[:, i], sweep.found[:, i]
-        _, loads, _ = rates(scene, nodes, sweep.mode, sweep.latched, sweep.k, None, i, False, found)
+        nodes, deepest_angles = sweep.nodes[:, i], sweep.deepest_angles[:, i]
+        _, loads, _ = rates(scene, nodes, sweep.mode, sweep.latched, sweep.k, None, i, False, deepest_angles)
         sweep.nodes[sweep.nodes.shape[0] - 1, i] = 0.0
     return loads
 
@@ -149,7 +149,7 @@ def _update_positions(scene, sweep, loads):
             state = nodes[:, i]
             joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
             kappa = time_scale(scene, state, mode)
-            joint_state = contract.JointState(state, mode, latched, first_root, sweep.found[:, i])
+            joint_state = contract.JointState(state, mode, latched, first_root, sweep.deepest_angles[:, i])
             put_root_rates(scene, joint_gaps, loads, joint_state, kappa, k, i)
         for c in touchable_contacts(scene.joints):
             if touches(mode[c]):  # all other roots are constant
@@ -170,8 +170,8 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), Step(shaped(step, (Step.SIZE,)))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1 + contacts, STAGES))
-    nodes, found = nodes[: n + 1], nodes[n + 1 :]
-    sweep = _Sweep(y, weight, mode, latched, k, nodes, found, step.length)
+    nodes, deepest_angles = nodes[: n + 1], nodes[n + 1 :]
+    sweep = _Sweep(y, weight, mode, latched, k, nodes, deepest_angles, step.length)
     if step.part == WHOLE_SWEEP:  # in one piece, so that the compiler evaluates the pose once
         loads = _evaluate_rates(parameters, sweep)
         _update_velocities(parameters, sweep)
@@ -191,9 +191,9 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     contacts, n, latched_count = size_of(parameters)
     nodes, mode = shaped(nodes, (n + 1 + contacts, STAGES)), shaped(mode, (contacts,))
     o, latched = shaped(o, (observed_width(parameters), ROW_COUNT)), shaped(latched, (latched_count,))
-    nodes, found = nodes[: n + 1], nodes[n + 1 :]
+    nodes, deepest_angles = nodes[: n + 1], nodes[n + 1 :]
     for i in lane_range(STAGES):
-        pose, loads, motion = rates(parameters, nodes[:, i], mode, latched, None, o, i, True, found[:, i])
+        pose, loads, motion = rates(parameters, nodes[:, i], mode, latched, None, o, i, True, deepest_angles[:, i])
         _put_all_signals(parameters, nodes[:, i], pose, loads, motion, o, i)
     put_error(parameters, pose_at(parameters.mechanism, nodes[:, END]), o, END)
 

@@ -50,14 +50,14 @@ def gaps_with_angles(scene, y, joint_gaps):
 
 
 @inlined
-def evaluate_motion(scene, y, mode, latched, found=None):
+def evaluate_motion(scene, y, mode, latched, deepest_angles=None):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose.
 
-    found : of a stage, see `contract.JointState`.
+    deepest_angles : of a stage, see `contract.JointState`.
     """
     pose = machine.pose_at(scene.mechanism, y)
     joint_gaps = gaps_with_angles(scene, y, machine.gaps(scene.mechanism, pose))
-    state = contract.JointState(y, mode, latched, 2 * len(scene.coordinates) + 1, found)
+    state = contract.JointState(y, mode, latched, 2 * len(scene.coordinates) + 1, deepest_angles)
     joints = joints_with_mass(scene, pose, joint_gaps, state)
     loads = loads_of(joints, joint_gaps, state)
     scene = with_friction_states(scene, y)
@@ -118,18 +118,18 @@ def _put_root_rates(scene, loads, state, kappa, k, row):
 
 
 @inlined
-def rates(scene, y, mode, latched, k, o, row, is_converged=True, found=None):
+def rates(scene, y, mode, latched, k, o, row, is_converged=True, deepest_angles=None):
     """Write the rates of `y` with respect to tau to row `row` of `k`, and the observables to row `row` of `o`.
 
     Return the pose, the Loads and the Motion.
 
     y : (n,) state; k : (n, 16) and o : (columns, 16), None to omit either; a row is one value of the last index;
-    mode : (contacts,) mode of each contact; latched, found : see JointState; is_converged : whether the state is on the
-    solution, not an iterate.
+    mode : (contacts,) mode of each contact; latched, deepest_angles : see JointState; is_converged : whether the state
+    is on the solution, not an iterate.
     """
     count = len(scene.coordinates)
     time_index = 2 * count
-    pose, _, loads, motion = evaluate_motion(scene, y, mode, latched, found)
+    pose, _, loads, motion = evaluate_motion(scene, y, mode, latched, deepest_angles)
     kappa = time_scale(scene, y, mode)
     state = contract.JointState(y, mode, latched, time_index + 1)
     if k is not None:

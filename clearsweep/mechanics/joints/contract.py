@@ -57,7 +57,7 @@ class JointState(NamedTuple):
     )  # (contacts + l,) numbers that change only at events: closing rate (m/s) of each onset, then those of laws
     roots: int  # index of the first root of penetration in `y`
     #: (contacts,) rad, of a stage: angles at which the deepest points of worn surfaces were found last
-    found: np.ndarray | None = None
+    deepest_angles: np.ndarray | None = None
 
 
 class Contact(NamedTuple):

@@ -312,12 +312,12 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
         return float(stored - portable.product(force, position))
 
     low, high, toward = 0.0, joint.clearance, force / size
-    along = portable.product(unit, toward)
-    while portable.product(element_loads(joint, *(high * toward), angle), along) < size:
+    toward_elements = portable.product(unit, toward)
+    while portable.product(element_loads(joint, *(high * toward), angle), toward_elements) < size:
         low, high = high, 2.0 * high
     for _ in range(60):
         middle = 0.5 * (low + high)
-        is_short = portable.product(element_loads(joint, *(middle * toward), angle), along) < size
+        is_short = portable.product(element_loads(joint, *(middle * toward), angle), toward_elements) < size
         low, high = (middle, high) if is_short else (low, middle)
     position = high * toward
     damping, least = 1e-3, energy(position)

@@ -110,7 +110,7 @@ def surfaces_of(joint):
     return Surfaces(joint.clearance, joint.bearing.table, joint.journal.table)
 
 
-class Place(NamedTuple):
+class SurfacePoint(NamedTuple):
     """The surfaces in a direction in space."""
 
     c: float  # cosine and sine of its angle
@@ -123,16 +123,16 @@ class Place(NamedTuple):
 
 @inlined
 def place_at(joint, x, y, body_angles, angle):
-    """Return the Place at an angle (rad); x, y : m, of the journal; body_angles : rad, of bearing and journal."""
+    """Return the SurfacePoint at an angle (rad); x, y : m, of the journal; body_angles : rad, of both bodies."""
     c, s = direction(angle)
     bearing = wear_depth_at(joint.bearing.table, angle - body_angles[0])
     journal = wear_depth_at(joint.journal.table, angle - body_angles[1])
-    return Place(c, s, x * c + y * s, y * c - x * s, bearing, journal)
+    return SurfacePoint(c, s, x * c + y * s, y * c - x * s, bearing, journal)
 
 
 @inlined
 def halley(place):
-    """Return (step (rad) towards the deepest point, whether g is concave at a Place, g (m) there)."""
+    """Return (step (rad) towards the deepest point, whether g is concave at a SurfacePoint, g (m) there)."""
     _, _, radial, tangential_distance, bearing, journal = place
     bearing_wear, bearing_slope, bearing_curvature, bearing_third = bearing
     journal_wear, journal_slope, journal_curvature, journal_third = journal
@@ -202,20 +202,20 @@ def deepest_angle(joint, x, y, body_angles, tolerance):
 
 
 @inlined
-def nearest(joint, gap, found=None):
+def nearest(joint, gap, last_angle=None):
     """Return the Nearest of a GapWithAngles, differentiable through the last Newton step.
 
-    found : (1,) rad, its angle where it was found last, which is replaced; None if it is not known.
+    last_angle : (1,) rad, its angle where it was found last, which is replaced; None if it is not known.
     """
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
     plain_angles = plain(bearing_angle), plain(journal_angle)
-    if found is None:
+    if last_angle is None:
         tolerance = MAX_LAST_STEP if isinstance(x, Dual) else NEXT_TO_LAST_STEP
         angle = deepest_angle(joint, plain(x), plain(y), plain_angles, tolerance)
         there = place_at(joint, x, y, (bearing_angle, journal_angle), angle)
     else:
-        angle, there = found[0], place_at(joint, x, y, plain_angles, found[0])
+        angle, there = last_angle[0], place_at(joint, x, y, plain_angles, last_angle[0])
         step, is_maximum, overlap = halley(there)
         is_near = is_maximum and there.radial > 0.0 and abs(step) < NEXT_TO_LAST_STEP
         is_near = is_near and is_only_maximum(joint, x * x + y * y, overlap)
@@ -234,8 +234,8 @@ def nearest(joint, gap, found=None):
     skew = plain(tangential_distance) + (bearing_third + journal_third)
     correction = correction - 0.5 * skew * inverse_curvature * correction * correction
     third_of_skew = skew * (1.0 / 3.0)
-    if found is not None:
-        found[0] = angle + correction
+    if last_angle is not None:
+        last_angle[0] = angle + correction
     cosine = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
     nx, ny = c * cosine - s * correction, s * cosine + c * correction
     radii = joint.bearing_radius + bearing_wear, joint.journal_radius - journal_wear
@@ -340,7 +340,7 @@ def _generalised_depth_worn_joint(joint, nearest_point, gap):
 
 
 @inlined
-def separate_load(joint, gap, found):
+def separate_load(joint, gap, last_angle):
     """Return the Load of separate surfaces: zero, with their distance.
 
     Far from contact, beyond the variation of wear, the depth is that of the least worn point: it is never
@@ -354,7 +354,7 @@ def separate_load(joint, gap, found):
     depth = eccentricity - (joint.clearance + least_wear)
     rate = (gap.x * gap.vx + gap.y * gap.vy) / eccentricity if eccentricity > 0.0 else speed
     if depth > least_wear - (joint.bearing.max_depth + joint.journal.max_depth):
-        nearest_point = nearest(joint, gap, found)
+        nearest_point = nearest(joint, gap, last_angle)
         depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)
     no_depth = GeneralisedDepth(zero, zero, zero, zero, (zero, zero))
@@ -362,9 +362,9 @@ def separate_load(joint, gap, found):
 
 
 @inlined
-def worn_load(joint, gap, mode, pen, onset_rate, found=None):
-    """Return the Load of a worn joint in a touching mode, like `dry.joint_load` for circles; found : see `nearest`."""
-    nearest_point = nearest(joint, gap, found)
+def worn_load(joint, gap, mode, pen, onset_rate, last_angle=None):
+    """Return the Load of a worn joint that touches, as `dry.joint_load` for circles; last_angle : see `nearest`."""
+    nearest_point = nearest(joint, gap, last_angle)
     generalised = generalised_depth(joint, nearest_point, gap)
     nx, ny, force_factor = generalised.nx, generalised.ny, generalised.force_factor
     rate = generalised_rate(generalised, joint, gap)
@@ -392,12 +392,12 @@ register_single_contact(WornOnFoundation)
 @load.member(WornJoint, WornOnFoundation)
 def _load_worn_joint_or_worn_on_foundation(joint, gap, offsets, state):
     mode, contact = state.mode[offsets.contact], offsets.contact
-    found = None if state.found is None else state.found[contact : contact + 1]
+    last_angle = None if state.deepest_angles is None else state.deepest_angles[contact : contact + 1]
     if mode == FREE:
-        return separate_load(joint, gap, found)
+        return separate_load(joint, gap, last_angle)
     root = state.y[state.roots + offsets.contact]
     current = with_current_laws(joint, offsets, state)
-    return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact], found)
+    return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact], last_angle)
 
 
 @contacts_at_speed.member(WornJoint, WornOnFoundation)

@@ -372,10 +372,10 @@ def register(
     """
     options = {name: further.pop(name) for name in Recipe._fields if name in further}
     law = declared_law(written, formula, source, fields, **further)
-    enter(Recipe(law, types, make or _maker_from_values(law.family, types[0]), **options))
+    register_recipe(Recipe(law, types, make or _maker_from_values(law.family, types[0]), **options))
 
 
-def enter(recipe: Recipe, recipes: dict[tuple[str, str], Recipe] = RECIPES) -> None:
+def register_recipe(recipe: Recipe, recipes: dict[tuple[str, str], Recipe] = RECIPES) -> None:
     """Enter a law of the package, or one of a grid's own in the `recipes` of these.
 
     Raises TypeError, of a law of one's own InputError, if its name is taken or a member is missing.

@@ -62,7 +62,7 @@ def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
                 raise InputError(
                     f"{law.place}: needs more than numbers, and a function of C has no more; write it in Python"
                 )
-            contract.enter(MAKERS[law.kind](Own(law, digest), description_of(law)), recipes)
+            contract.register_recipe(MAKERS[law.kind](Own(law, digest), description_of(law)), recipes)
         contract.OWN_RECIPES[digest] = recipes
     return tuple(recipe.law for recipe in contract.OWN_RECIPES[digest].values())
 

@@ -20,8 +20,6 @@ from matplotlib.patches import PathPatch
 from matplotlib.path import Path
 from matplotlib.transforms import Affine2D, Bbox, TransformedBbox
 
-from .paper import hidden_variable
-
 #: Letters are outlines in an SVG and an embedded TrueType font in a PDF, as journals require.
 SETTINGS: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -46,7 +44,7 @@ def file_bytes(svg: str, form: str, scale: float, dots_per_inch: int) -> bytes:
     root = ElementTree.fromstring(svg)
     width, height = (scale / 72.0 * float(str(root.get(side)).removesuffix("pt")) for side in ("width", "height"))
     stream = io.BytesIO()
-    with rc_context(SETTINGS), hidden_variable("SOURCE_DATE_EPOCH"):  # which matplotlib reads even if it writes no date
+    with rc_context(SETTINGS):
         figure = Figure(figsize=(width, height), dpi=dots_per_inch)
         _Drawing(figure, scale).add(root, (0.0, 0.0))
         figure.savefig(stream, format=form, dpi=dots_per_inch, metadata=MARKS[form])

@@ -91,7 +91,8 @@ def drawing_bytes(svg: str, form: str, scale: float = 1.0, *, dots_per_inch: int
     _import_matplotlib()
     from .figure_file import file_bytes  # loads all of matplotlib, which a page does without
 
-    return file_bytes(svg, form, scale, dots_per_inch)
+    with hidden_variable("SOURCE_DATE_EPOCH"):  # which matplotlib reads even if it writes no date
+        return file_bytes(svg, form, scale, dots_per_inch)
 
 
 PANEL_COLUMNS, TITLE_HEIGHT = 2, 20.0  # of pictures in one drawing; points

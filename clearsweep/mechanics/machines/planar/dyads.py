@@ -28,13 +28,13 @@ class Step(NamedTuple):
     """A joint that closes a loop, and the dependent coordinates that it determines."""
 
     joint: int
-    found: tuple[Coordinate, ...]
+    unknowns: tuple[Coordinate, ...]
     angles: tuple[Coordinate, ...]  # those of which its equations contain the directions
 
     @property
     def lengths(self) -> tuple[Coordinate, ...]:
         """Return the others that move a point."""
-        return tuple(coordinate for coordinate in self.found if coordinate.kind != ANGLE)
+        return tuple(coordinate for coordinate in self.unknowns if coordinate.kind != ANGLE)
 
 
 class Line(NamedTuple):
@@ -54,7 +54,7 @@ def steps_of(kinematics: Kinematics) -> list[Step]:
             return []
         steps.append(step)
         pending.remove(step.joint)
-        unknown = [coordinate for coordinate in unknown if coordinate not in step.found]
+        unknown = [coordinate for coordinate in unknown if coordinate not in step.unknowns]
     return steps
 
 
@@ -62,9 +62,9 @@ def _step_of(kinematics: Kinematics, j: int, unknown: list[Coordinate]) -> Step 
     """Return the step of a joint, None if not as many coordinates are unknown as it has equations."""
     link = kinematics.machine.sites[j].link
     own = {Coordinate(ANGLE, group) for group, _ in kinematics.shares(j)} if link.geared else _movers(kinematics, j)
-    found = tuple(coordinate for coordinate in unknown if coordinate in own)
-    angles = () if link.geared else tuple(coordinate for coordinate in found if coordinate.kind == ANGLE)
-    return Step(j, found, angles) if len(found) == (1 if link.slides or link.geared else 2) else None
+    unknowns = tuple(coordinate for coordinate in unknown if coordinate in own)
+    angles = () if link.geared else tuple(coordinate for coordinate in unknowns if coordinate.kind == ANGLE)
+    return Step(j, unknowns, angles) if len(unknowns) == (1 if link.slides or link.geared else 2) else None
 
 
 def _movers(kinematics: Kinematics, j: int) -> set[Coordinate]:
@@ -118,7 +118,7 @@ class Closing:
         writer = self.writer
         if not step.angles:
             equations = equations_of_joint(writer, step.joint, with_rates=False)
-            solver = Solver([equation.columns for equation in equations], step.found)
+            solver = Solver([equation.columns for equation in equations], step.unknowns)
             for coordinate, change in solver.solve([-equation.value for equation in equations]).items():
                 writer.take(coordinate, change)
         else:

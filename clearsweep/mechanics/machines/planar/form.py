@@ -347,10 +347,10 @@ def compile_bent_point(body: Body, elastic: Elastic, bending: Bending, place: tu
     axial = line.direction
     transverse = np.array([-axial[1], axial[0]])
     arm = np.array(place) - line.near
-    along, across = float(portable.product(arm, axial)), float(portable.product(arm, transverse))
-    section = min(max(along / line.length, 0.0), 1.0)
+    axial_part, transverse_part = float(portable.product(arm, axial)), float(portable.product(arm, transverse))
+    section = min(max(axial_part / line.length, 0.0), 1.0)
     section = round(section) if abs(section - round(section)) < AT_PIN else section
-    offset_along, offset_across = along - section * line.length, across
+    offset_along, offset_across = axial_part - section * line.length, transverse_part
     turns = orders * math.pi / line.length * portable.cos(orders * math.pi * section)
     deflections = portable.sin(orders * math.pi * section) if 0.0 < section < 1.0 else np.zeros(bending.modes)
     slopes = [

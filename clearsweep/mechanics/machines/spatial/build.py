@@ -327,8 +327,8 @@ def _lengths_per_unit(assembly: Assembly, attachment: Attachment) -> list[float]
     """Return the displacement (m) of a body for a unit of each of its coordinates."""
     bodies = assembly.machine.bodies
     size = extent(bodies[attachment.body]) or max(map(extent, bodies.values())) or 1.0
-    turning = [2.0 * size] * 4
-    lengths = {Slide: [1.0], Hinge: [size], Sleeve: [1.0, size], Ball: turning, Loose: [*turning, 1.0, 1.0, 1.0]}
+    rotations = [2.0 * size] * 4
+    lengths = {Slide: [1.0], Hinge: [size], Sleeve: [1.0, size], Ball: rotations, Loose: [*rotations, 1.0, 1.0, 1.0]}
     return lengths.get(attachment.form, [])
 
 
