@@ -14,6 +14,7 @@ from spatial_cases import JOINT, spatial
 from spatial_oracle import SlicedOracle, extreme
 
 import clearsweep
+from clearsweep.mechanics import observe
 from clearsweep.mechanics.coupling import rates as rates_code
 from clearsweep.mechanics.coupling.state import kappa_over_root, time_scale
 from clearsweep.mechanics.joints import spatial as joints
@@ -428,7 +429,7 @@ def test_the_rates_of_spread_walls_are_differentiated_exactly(keys):
             state[roots + c], mode[c] = math.sqrt(depth), pairs[c].pressed
     assert PRESSED in mode[:2]
     size, latched = len(state), np.full(len(mode), 0.1)
-    jacobian, k = np.zeros((1, size, size)), np.zeros((size, 16))
+    jacobian, k = np.zeros((1, size, observe.whole_registers(size))), np.zeros((size, 16))
     rates_code.slopes_entry((value,), state, mode, latched, jacobian, 0)
 
     def rates(y):
