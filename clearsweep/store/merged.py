@@ -284,10 +284,7 @@ def write_orbits(
         ThreadPoolExecutor(COMPRESSORS) as threads,
     ):
         file.attrs["clearsweep"] = content_hash
-        ids = file.create_dataset(CASE_ID.path, (len(rows),), CASE_ID.dtype, fletcher32=len(rows) > 0)
-        describe_dataset(ids, CASE_ID)
-        for start in range(0, len(rows), ROWS_IN_MEMORY):
-            ids[start : start + ROWS_IN_MEMORY] = id_texts(rows["id"][start : start + ROWS_IN_MEMORY])
+        write_dataset(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
         for item, dataset in offset_datasets(result_schema.stored).items():
             offsets = np.zeros(len(rows) + 1, "i8")
             np.cumsum(orbits.extents(item, 1, rows)[1], out=offsets[1:])
