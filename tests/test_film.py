@@ -330,7 +330,7 @@ def test_a_stiff_film_takes_few_steps_by_every_method_and_its_energies_balance()
 @pytest.mark.slow
 def test_a_heat_balance_settles_where_the_loss_is_led_away():
     film = {"law": "finite", "friction": "none", "viscosity": OIL, "thermal": {"conductance": 20.0, "ambient": 300.0}}
-    source = a_crank({"joints.rod-slider.film": film, "simulate.revolutions": 4, "simulate.discard": 1})
+    source = a_crank({"joints.rod-slider.film": film, "simulate.revolutions": 8, "simulate.discard": 1})
     summary = clearsweep.simulate(clearsweep.load_case(source)).summary
     warm = 300.0 + summary["rod_slider_film_loss"] / 20.0
     tolerance = max(repeated.ABSOLUTE_TOLERANCE, repeated.RELATIVE_TOLERANCE * (warm - 300.0))
