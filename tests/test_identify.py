@@ -311,7 +311,7 @@ def test_two_encoders_with_noise_find_play_and_stiffness(tmp_path):
     (tmp_path / "encoders.csv").write_text(f"time [s],input [rad],output [rad]\n{rows}\n", encoding="utf-8")
     over = {"joints.mesh.play": [3e-4, 3e-3], "joints.mesh.contact.stiffness": [600.0, 6000.0]}
     signals = {str(tmp_path / "encoders.csv"): {"joints/mesh/x": ["input", "output"]}}
-    tree |= {"name": "encoders", "identify": {"over": over, "from": signals, "cases": 64}}
+    tree |= {"name": "encoders", "identify": {"over": over, "from": signals, "cases": 96}}
     answer = clearsweep.sweep(tree, tmp_path / "run", jobs=1, show_progress=False).search_result
     play, stiffness = answer.parameters
     assert play.low < 1e-3 < play.high < 1.5 * play.low
@@ -319,10 +319,10 @@ def test_two_encoders_with_noise_find_play_and_stiffness(tmp_path):
     assert answer.explained
     wrong = {str(tmp_path / "encoders.csv"): {"wheel/angle": ["input", "output"]}}
     with pytest.raises(InputError, match="wheel/angle has the columns of two encoders"):
-        clearsweep.sweep(tree | {"identify": {"over": over, "from": wrong, "cases": 64}}, tmp_path / "no", jobs=1)
+        clearsweep.sweep(tree | {"identify": {"over": over, "from": wrong, "cases": 96}}, tmp_path / "no", jobs=1)
     wrong = {str(tmp_path / "encoders.csv"): {"joints/mesh/x": ["input"]}}
     with pytest.raises(InputError, match=r"expected the name of a column, or \[input, output\]"):
-        clearsweep.sweep(tree | {"identify": {"over": over, "from": wrong, "cases": 64}}, tmp_path / "no", jobs=1)
+        clearsweep.sweep(tree | {"identify": {"over": over, "from": wrong, "cases": 96}}, tmp_path / "no", jobs=1)
 
 
 # ---------------------------------------------------------------------------------------- measured signals over a case

@@ -136,17 +136,24 @@ MOST_EVALUATIONS = {  # of the explicit method at 1e-6; with plain sweeps 3.0, 2
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MOST_EVALUATIONS)
-def test_where_stability_limits_plain_sweeps_preconditioned_ones_are_far_cheaper(name):
-    """In the second half of the turn, impacts of two joints multiply the error by 20, at every tolerance."""
-    case = next(case for case in comparisons.stiff_cases() if case.name == name)
-    (row,) = comparisons.compare_at_equal_error(case, (1e-6,))
-    runs = (comparisons.run_case(case, tolerance, "explicit") for tolerance in (1e-6, comparisons.REFERENCE_TOLERANCE))
-    first_halves = ({name: x[: comparisons.SAMPLES // 2] for name, x in run.channels.items()} for run in runs)
-    assert comparisons.error_of(*first_halves, case) < 5e-5
-    assert row["auto"]["error"] <= row["explicit"]["error"]
-    assert row["evaluations_ratio"] >= 0.98  # of equal errors, which impacts multiply
-    assert row["explicit"]["rhs_evaluations"] < MOST_EVALUATIONS[name]
+def test_where_stability_limits_plain_sweeps_preconditioned_ones_are_far_cheaper():
+    """In the second half of the turn, impacts of two joints multiply the error by 20, at every tolerance.
+
+    Of one case, rounding moves errors and evaluations by some per cent; what the choice costs shows in the sum of all.
+    """
+    sums = dict.fromkeys(("explicit", "auto"), 0.0)
+    for case in comparisons.stiff_cases():
+        (row,) = comparisons.compare_at_equal_error(case, (1e-6,))
+        assert row["auto"]["error"] <= row["explicit"]["error"]
+        for method in sums:
+            sums[method] += row[method]["rhs_evaluations"]
+        if case.name not in MOST_EVALUATIONS:
+            continue
+        assert row["explicit"]["rhs_evaluations"] < MOST_EVALUATIONS[case.name]
+        runs = (comparisons.run_case(case, value, "explicit") for value in (1e-6, comparisons.REFERENCE_TOLERANCE))
+        first_halves = ({name: x[: comparisons.SAMPLES // 2] for name, x in run.channels.items()} for run in runs)
+        assert comparisons.error_of(*first_halves, case) < 5e-5
+    assert sums["explicit"] / sums["auto"] >= 1.0
 
 
 @pytest.mark.few("b_grav_fric", "a_base")
