@@ -26,7 +26,7 @@ from clearsweep.language.errors import DirectoryError, InputError, StorageError
 from clearsweep.report.one_case.motion import motion_pictures, saved_channels
 from clearsweep.report.study import prepare
 from clearsweep.store import batch as batches
-from clearsweep.store import datasets, durable, merged
+from clearsweep.store import datasets, directory, durable, merged
 from clearsweep.store.record import record_checksum
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 
@@ -191,6 +191,26 @@ def test_however_many_groups_a_summary_has_every_batch_is_read_once(tmp_path, mo
     assert len(read) == len(set(read)) == 8
 
 
+def test_histories_that_batches_share_are_opened_once(tmp_path, monkeypatch):
+    monkeypatch.setattr(merged, "ROWS_IN_MEMORY", 5)
+    held_grid = loaded(grid(12))
+    schema, run = store.ResultSchema.of(held_grid), store.RunDirectory(tmp_path / "run")
+    filled(run.path, held_grid, [range(7), range(7, 12)])
+    with run.open_for(held_grid):
+        run.load_intact_batches()
+        store.keep_histories_once(run, schema, run.rows(), durable.checksum(run.path / "orbits.h5"))
+    opened, original = [], directory.open_orbits
+    monkeypatch.setattr(
+        directory, "open_orbits", lambda path, *args, **how: opened.append(path) or original(path, *args, **how)
+    )
+    assert not run.load_batches(contents=True)
+    assert len(run.batches) == 3
+    assert len(opened) == 1
+    with merged.OrbitFiles(run, schema) as orbits:
+        assert orbits.extents("sample", 1, run.rows())[1].all()
+    assert len(opened) == 2
+
+
 def test_without_orbits_there_are_no_histories_but_wear_stays(tmp_path):
     held_grid = loaded(grid(2, orbits="none", wear=True))
     run = filled(tmp_path / "run", held_grid, [[0, 1]])
@@ -334,6 +354,16 @@ def test_results_of_another_grid_are_refused_with_what_differs(mixed, change, na
         store.RunDirectory(run.directory).check(loaded(grid(4, (GOOD, GOOD + 0.001, FAILS), wear=True) | change))
     assert named in str(caught.value)
     assert all(path.read_bytes() == content for path, content in before.items())
+
+
+def test_of_many_differences_to_another_grid_the_first_are_listed_and_the_others_counted(mixed):
+    _, run = mixed
+    with pytest.raises(DirectoryError, match="contains the results of another grid") as caught:
+        store.RunDirectory(run.directory).check(loaded({"mechanism": {"type": "four-bar"}} | grid(1, (GOOD,))))
+    _, *lines, last = str(caught.value).splitlines()
+    assert len(lines) == 5
+    assert lines == sorted(lines)
+    assert last == "  and 1 more"
 
 
 def test_a_larger_grid_fits_the_same_directory(mixed):

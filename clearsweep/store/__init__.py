@@ -13,7 +13,16 @@ from .directory import ANSWER_FILE, BLOCKS, FINAL_FILES, SCRATCH, OtherGridError
 from .merged import Worst, keep_histories_once, merge
 from .parts import Part
 from .read import StoredRun, newest_run, verify
-from .record import check_format, differing, grid_changes, grid_record, json_round_trip, read_record, utc_now
+from .record import (
+    check_format,
+    difference_lines,
+    differing,
+    grid_changes,
+    grid_record,
+    json_round_trip,
+    read_record,
+    utc_now,
+)
 from .results import (
     answer_of,
     check_version,

@@ -35,7 +35,17 @@ from .batch import (
     table_bytes,
 )
 from .datasets import Contents, datasets, id_text, open_orbits
-from .record import RECORD_FILE, MisshapenError, differing, json_round_trip, read_record, record_bytes, signed, utc_now
+from .record import (
+    RECORD_FILE,
+    MisshapenError,
+    difference_lines,
+    differing,
+    json_round_trip,
+    read_record,
+    record_bytes,
+    signed,
+    utc_now,
+)
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
@@ -48,6 +58,8 @@ ANSWER_FILES = tuple(f"{search.name}.parquet" for search in SEARCHES if search.h
 MISSHAPEN = "not as a run writes it"  # of a file with a valid checksum and other content
 ANSWER_FILE = "answer.json"  # the answer to the question of the grid, of a finished run
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # files of a run that may exist before run.json
+#: Contents of files of histories that were checked, by path, number of cases, and whether it is that of one batch.
+Checked = dict[tuple[Path, int, bool], Contents]
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # content of the lock file
 
 
@@ -129,8 +141,8 @@ class RunDirectory:
     def _compare(self, stored_settings: dict[str, Any], grid_settings: dict[str, Any]) -> None:
         """Raise DirectoryError if the fixed settings of the directory differ from those of the grid."""
         if differences := differing(stored_settings, grid_settings):
-            lines = "".join(
-                f"\n  {path}: there {_json_text(there)}, in the grid {_json_text(here)}"
+            lines = difference_lines(
+                f"{path}: there {_json_text(there)}, in the grid {_json_text(here)}"
                 for path, (there, here) in sorted(differences.items())
             )
             raise OtherGridError(
@@ -266,7 +278,7 @@ class RunDirectory:
         does in any case.
         """
         self.batches, self.others, self.misshapen, damage = [], [], set(), {}
-        checksum = functools.cache(durable.checksum)  # batches may share their histories
+        checksum, checked = functools.cache(durable.checksum), Checked()  # batches may share histories
         for path in batch_files_in(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != hash_in_name(path):
@@ -280,22 +292,24 @@ class RunDirectory:
                 continue
             if self.frame not in (None, batch.frame):
                 self.others.append(batch)
-            elif histories and (problem := self._describe_damage(batch, checksum, contents=contents)):
+            elif histories and (problem := self._describe_damage(batch, checksum, checked if contents else None)):
                 damage[path] = problem
             else:
                 self.batches.append(batch)
         return damage
 
-    def _describe_damage(self, batch: BatchFiles, checksum: Callable[[Path], str], *, contents: bool) -> str | None:
-        """Return the damage of a batch's histories."""
+    def _describe_damage(
+        self, batch: BatchFiles, checksum: Callable[[Path], str], checked: Checked | None
+    ) -> str | None:
+        """Return the damage of a batch's histories; `checked` as in `check_histories`, None: not opened."""
         if batch.orbits is None:
             return None
         name = batch.orbits.relative_to(self.path)
         try:
             if checksum(batch.orbits) != batch.sha256:
                 return f"{name}: damaged (its checksum differs)"
-            if contents and self.result_schema is not None:
-                check_histories(batch, self.result_schema)
+            if checked is not None and self.result_schema is not None:
+                check_histories(batch, self.result_schema, checked)
         except FileNotFoundError:
             return f"{name}: missing"
         except MisshapenError as error:
@@ -355,19 +369,26 @@ class RunDirectory:
         return rows
 
 
-def check_histories(batch: BatchFiles, result_schema: ResultSchema) -> Contents:
-    """Return the contents of a batch's histories; MisshapenError if they are not those of its cases."""
+def check_histories(batch: BatchFiles, result_schema: ResultSchema, checked: Checked) -> Contents:
+    """Return the contents of a batch's histories; MisshapenError if they are not those of its cases.
+
+    checked : the contents of files that other batches share, to which this one is added; they are not opened again
+    """
     assert batch.orbits is not None
+    is_plain, cases = batch.cases is None, batch.cases or len(batch.ids)
+    claim = batch.orbits, cases, is_plain
     try:
-        is_plain, cases = batch.cases is None, batch.cases or len(batch.ids)
-        with open_orbits(batch.orbits, result_schema.stored, cases, plain=is_plain) as (_, contents):
-            if not np.array_equal(contents.ids[batch.first : batch.first + len(batch.ids)], batch.ids):
-                raise MisshapenError("its cases are not those of its summary")
-            return contents
+        if claim not in checked:
+            with open_orbits(batch.orbits, result_schema.stored, cases, plain=is_plain) as (_, contents):
+                checked[claim] = contents
     except (FileNotFoundError, ClearsweepError):
         raise
     except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # errors of HDF5 and h5py
         raise MisshapenError(error_line(error)) from error
+    contents = checked[claim]
+    if not np.array_equal(contents.ids[batch.first : batch.first + len(batch.ids)], batch.ids):
+        raise MisshapenError("its cases are not those of its summary")
+    return contents
 
 
 def commit(directory: Path, result_schema: ResultSchema, batch: str, rows: list[Row]) -> str:

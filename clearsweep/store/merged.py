@@ -59,7 +59,7 @@ from .datasets import (
     rows_at,
     values_of,
 )
-from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory, check_histories
+from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, Checked, RunDirectory, check_histories
 from .read import StoredRun
 from .record import MisshapenError, read_record
 
@@ -185,6 +185,7 @@ class OrbitFiles:
     def __init__(self, run: RunDirectory, result_schema: ResultSchema):
         self.run, self.result_schema = run, result_schema
         self.files: dict[int, Contents] = {}  # number of a batch -> its datasets, each a plain run of bytes
+        self.checked = Checked()  # the same by file, which batches may share
         self.handles: dict[int, BufferedReader] = {}  # number of a batch -> its open file
         self.merged: dict[Path, Hdf5] = {}  # open files that merges wrote
 
@@ -216,7 +217,7 @@ class OrbitFiles:
         batch = self.run.batches[number]
         if number not in self.files and batch.orbits:
             try:
-                self.files[number] = check_histories(batch, self.result_schema)
+                self.files[number] = check_histories(batch, self.result_schema, self.checked)
             except MisshapenError as error:
                 raise self._refusal(number, error) from error
         return self.files.get(number)

@@ -9,7 +9,7 @@ import json
 import os
 import platform
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,6 +34,7 @@ MAX_LENGTH = 10_000  # characters of a text
 MAX_INTEGER = 10**300  # largest integer that a float represents
 MAX_BINS = 10**6  # bins or contacts of a joint
 MAX_DEPTH = 20  # nesting of sections
+MOST_DIFFERENCES = 5  # lines below a message on another grid
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # including line ends and bidirectional marks
 
 Check = Callable[[Any, str], None]  # (value, where it is); raises MisshapenError
@@ -479,6 +480,13 @@ def differing(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, 
     """Return key -> both values where two mappings differ, None for a missing one."""
     pairs = {key: (first.get(key), second.get(key)) for key in {**first, **second}}
     return {key: pair for key, pair in pairs.items() if pair[0] != pair[1]}
+
+
+def difference_lines(lines: Iterable[str]) -> str:
+    """Return lines on differences below a message: the first of them, and how many more there are."""
+    listed = list(lines)
+    more = [f"and {len(listed) - MOST_DIFFERENCES} more"] if len(listed) > MOST_DIFFERENCES else []
+    return "".join(f"\n  {line}" for line in [*listed[:MOST_DIFFERENCES], *more])
 
 
 def grid_record(grid: Grid) -> dict[str, Any]:

@@ -156,8 +156,8 @@ def _read_records_of_same_grid(paths: list[Path]) -> list[dict[str, Any]]:
             store.verify(source, record)
     first_settings = _deciding_settings(records[0])
     for source, record in zip(paths[1:], records[1:], strict=True):
-        lines = "".join(
-            f"\n  {path}: {_short_text(first)} in the first, {_short_text(this)} in this one"
+        lines = store.difference_lines(
+            f"{path}: {_short_text(first)} in the first, {_short_text(this)} in this one"
             for path, (first, this) in sorted(store.differing(first_settings, _deciding_settings(record)).items())
         )
         if lines:
