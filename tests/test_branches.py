@@ -321,6 +321,21 @@ def test_a_note_names_both_assemblies():
     assert angles == pytest.approx([-expected, expected], rel=1e-3)
 
 
+def test_angles_that_the_grid_leaves_open_are_derived():
+    source = copy.deepcopy(FOUR_BAR)
+    base = GROUND - CRANK
+    expected = math.acos((COUPLER**2 + base**2 - ROCKER**2) / (2.0 * COUPLER * base))
+    starts = []
+    for start in ({}, {"rocker": "100 deg"}):
+        source["mechanism"]["start"] = start
+        angles = simulation.derived(clearsweep.load_case(source).case)
+        starts.append({path: value for path, (value, _) in angles.items() if path.startswith("mechanism.start")})
+    open_start, given_start = starts
+    assert open_start.keys() == {"mechanism.start.coupler", "mechanism.start.rocker"}
+    assert abs(open_start["mechanism.start.coupler"]) == pytest.approx(expected)
+    assert given_start == {}
+
+
 @pytest.mark.parametrize("start", [{"coupler": "50 deg"}, {"coupler": "-50 deg"}, {"rocker": "100 deg"}])
 def test_no_note_where_start_decides(start):
     assert notes(start) == []

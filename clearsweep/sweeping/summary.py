@@ -193,7 +193,8 @@ def derived_lines(derived: dict[str, dict[str, Any]], max_lines: int | None = No
 
 def _range(value: dict[str, Any]) -> str:
     """Return a derived value, or its range, in words."""
-    low, high = (grid_text(value[key], value["unit"]) for key in ("min", "max"))
+    ends = [value["min"], value["max"]]
+    low, high = grid_texts(ends, value["unit"]) if 0.0 in ends else (grid_text(end, value["unit"]) for end in ends)
     return low + (f" to {high}" if high != low else "")
 
 

@@ -282,7 +282,10 @@ def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None
         return
     families = {law_path: catalogue.of("law"), elastic: catalogue.of("elastic")}
     candidates = [law for path, laws in families.items() for law in laws if law.name in reader.names[path]]
+    has_spring = any(reader.is_given(f"{joint}.contact.{key}") for key in ("stiffness", "material"))
     for law in sorted(candidates, key=lambda law: law.name):
+        if law.origin and law.notes and law.family == "law" and not has_spring:
+            reader.report(law_path, f"'{law.name}': {law.notes}")
         for path in _needed_keys(reader, joint, law):
             reader.require(f"{joint}.{path}", f"{law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}", at=elastic)
         _check_order(reader, f"{joint}.contact", law)

@@ -266,10 +266,9 @@ def read_table(problems: Problems, path: str, written: WrittenValue, columns: Co
     if isinstance(written.value, str):
         if path.rpartition(".")[0] in problems.unread:  # an expression, which is reported already
             raise MistakeError(written, path)
-        table = _columns_of_csv(path, written)
+        table = _columns_of_csv(path, written, columns)
     elif not isinstance(written.value, dict):
-        example = ", ".join(field.name for field in (*columns.over[:1], *columns.values[:1]))
-        message = f"found {quoted(written.value)}; expected the name of a .csv file, or columns: {example}"
+        message = f"found {quoted(written.value)}; expected the name of {_kinds_of_table(columns)}"
         raise MistakeError(written, path, message)
     problems_before = len(problems)
     values = _read_columns(problems, path, table, columns)
@@ -279,9 +278,15 @@ def read_table(problems: Problems, path: str, written: WrittenValue, columns: Co
     return values
 
 
-def _columns_of_csv(path: str, written: WrittenValue) -> WrittenValue:
+def _kinds_of_table(columns: Columns) -> str:
+    """Return in words how a table is written."""
+    example = ", ".join(f"{field.name}: [...]" for field in (*columns.over[:1], *columns.values[:1]))
+    return f"a .csv or .xlsx file, or its columns {{{example}}}"
+
+
+def _columns_of_csv(path: str, written: WrittenValue, columns: Columns) -> WrittenValue:
     """Return the columns of a CSV file by header."""
-    file, headers, rows = _rows_of_file(path, written, _MAX_TABLE_BYTES, "a .csv or .xlsx file")
+    file, headers, rows = _rows_of_file(path, written, _MAX_TABLE_BYTES, _kinds_of_table(columns))
     if len(rows) < 2:
         message = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
         raise MistakeError(WrittenValue(None, file, 1, 1), path, message)

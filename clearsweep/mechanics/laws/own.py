@@ -67,6 +67,12 @@ def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
     return tuple(recipe.law for recipe in contract.OWN_RECIPES[digest].values())
 
 
+_SPRING_OF_C = (
+    "a contact law of C takes stiffness and exponent of the joint; if it is a spring of its own, call one of its keys "
+    "`stiffness`"
+)
+
+
 def description_of(law: recorded.Law) -> Law:
     """Return the description of a recorded law."""
     return Law(
@@ -77,6 +83,7 @@ def description_of(law: recorded.Law) -> Law:
         f"{law.file}:{law.line}",
         law.keys,
         uses_elastic=recorded.uses_elastic(law),
+        notes=_SPRING_OF_C if law.kind == "contact" and law.body is None and recorded.uses_elastic(law) else "",
         has_state=law.states > 0,
         origin=f"{law.file}:{law.line}",
         unit=law.unit,

@@ -430,10 +430,21 @@ def servo_warnings(case: Case) -> list[str]:
     ]
 
 
+def start_angles(case: Case) -> dict[str, tuple[float, str]]:
+    """Return `mechanism.start.BODY` -> (angle, rad) of bodies whose loops close in several ways, as they are taken."""
+    return {f"mechanism.start.{body}": (angle, "rad") for body, angle in _rival_assemblies(case).taken.items()}
+
+
+def _rival_assemblies(case: Case) -> planar.Rivals:
+    """Return how else the loops of a case close at the start."""
+    is_planar = case.outline.bodies and not case.outline.spatial
+    machine = machine_of(mechanism_of(case), case) if is_planar else None
+    return planar.rival_assemblies(machine) if machine else planar.Rivals({}, {})
+
+
 def start_warnings(case: Case) -> list[str]:
     """Return a note if the loops of a case close in two ways at the start and nothing in the grid decides."""
-    machine = machine_of(mechanism_of(case), case) if case.outline.bodies and not case.outline.spatial else None
-    angles = planar.rival_assembly(machine) if machine else {}
+    angles = _rival_assemblies(case).ties
     if not angles:
         return []
     taken, other = (

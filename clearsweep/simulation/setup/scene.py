@@ -32,7 +32,7 @@ from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ...tracing.compiled.family import flatten, numbers_of
 from ..figures.catalogue import FIGURES, check_channels
-from ..machine.ideal import ideal_motion, machine_of, mechanism_of
+from ..machine.ideal import ideal_motion, machine_of, mechanism_of, start_angles
 from ..machine.shaking import shaking_of
 from . import places
 
@@ -470,8 +470,9 @@ def _type_text(term: tuple) -> str:
 
 def derived(case: Case) -> dict[str, tuple[float, str]]:
     """Return the derived values of a case: dotted path -> (value, unit)."""
-    return {
+    of_joints = {
         f"joints.{joint.name}.{key}": value
         for joint in case.joints
         for key, value in registry.derived_values(joint).items()
     }
+    return start_angles(case) | of_joints

@@ -8,6 +8,7 @@ Dynamics", chapters 3 and 6).  Derivatives are with respect to the crank's angle
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import compress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,6 +104,13 @@ def growth_per_revolution(stations: MachineStates) -> np.ndarray:
 
 
 # ---------------------------------------------------------------------------------------------- closed loops
+
+
+class Rivals(NamedTuple):
+    """Other assemblies than the one taken at the start, which nothing in the grid rules out."""
+
+    taken: dict[str, float]  # body -> angle (rad) as taken, of bodies whose angle differs in one of them
+    ties: dict[str, tuple[float, float]]  # body -> angle as taken and in the nearest, unless that is RULED_OUT
 
 
 STATIONS = 720  # of a revolution, at which the machine is closed
@@ -301,11 +309,8 @@ class Closure:
                 deviations[self.crank] = 0.0
                 yield attempt, deviations, q
 
-    def rival_of(self, q: np.ndarray, angle: float) -> dict[str, tuple[float, float]]:
-        """Return the angles (rad) in an assembly `q` and in one that nothing rules out, of bodies where they differ.
-
-        `start` rules an assembly out, and so does an angle that is RULED_OUT times as far from the given ones.
-        """
+    def rivals_of(self, q: np.ndarray, angle: float) -> "Rivals":
+        """Return how else the loops of an assembly `q` close; `start` rules out what moves a body that it gives."""
         given_angles, is_given = self._given_angles()
         chosen = np.remainder(q[2::3] - given_angles + math.pi, 2.0 * math.pi) - math.pi
         chosen[self.crank] = 0.0
@@ -314,15 +319,18 @@ class Closure:
             differs = np.abs(np.remainder(deviations - chosen + math.pi, 2.0 * math.pi) - math.pi) > SAME_ANGLE
             if differs.any() and not (differs & is_given).any():
                 rivals.append((float(np.linalg.norm(deviations)), deviations, differs))
-        distance, deviations, differs = min(rivals, key=lambda rival: rival[0], default=(math.inf, chosen, is_given))
-        if distance > RULED_OUT * np.linalg.norm(chosen):
-            return {}
-        pairs = zip(chosen + given_angles, deviations + given_angles, strict=True)
-        return {
-            name: (float(taken), float(other))
-            for name, (taken, other), is_other in zip(self.names, pairs, differs, strict=True)
-            if is_other
-        }
+        if not rivals:
+            return Rivals({}, {})
+        distance, deviations, differs = min(rivals, key=lambda rival: rival[0])
+        taken, other = (
+            dict(zip(self.names, map(float, angles + given_angles), strict=True)) for angles in (chosen, deviations)
+        )
+        is_free = np.any([differs for _, _, differs in rivals], axis=0)
+        nearest = compress(self.names, differs) if distance <= RULED_OUT * np.linalg.norm(chosen) else ()
+        return Rivals(
+            {name: taken[name] for name in compress(self.names, is_free)},
+            {name: (taken[name], other[name]) for name in nearest},
+        )
 
     def _wrap_angles(self, q, given_angles):
         """Return `q` with all angles, except the crank's, within half a revolution of the given ones."""

@@ -33,7 +33,7 @@ from ....tracing.compiled.family import Identity
 from ...laws.friction import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion
 from ..programs import shared_by
-from .closure import STATIONS, Closure, MachineStates, interpolate
+from .closure import STATIONS, Closure, MachineStates, Rivals, interpolate
 from .drives import compile_drive, motion_at, motion_table, passage_time, scheduled_passage, torque_at
 from .form import Bent, Housing, Mass, Segment, compile_bent
 from .free_crank import CrankHistory, CrankPassage
@@ -502,7 +502,7 @@ def slot_travel(machine: Machine, slot: str) -> np.ndarray:
 
 
 @shared_by(geometry_of)
-def rival_assembly(machine: Machine) -> dict[str, tuple[float, float]]:
-    """Return the angles (rad) at the start, as taken and of another assembly, of bodies whose angle is a tie; or {}."""
+def rival_assemblies(machine: Machine) -> Rivals:
+    """Return how else the loops of a machine close at its start."""
     ideal_machine = ideal_of(machine)
-    return ideal_machine.closure.rival_of(ideal_machine.revolution.q[0], float(ideal_machine.revolution.angles[0]))
+    return ideal_machine.closure.rivals_of(ideal_machine.revolution.q[0], float(ideal_machine.revolution.angles[0]))

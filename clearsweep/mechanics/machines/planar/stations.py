@@ -133,8 +133,8 @@ class Stations:
             if body := _unrepeated(closure, self.states):
                 raise MobilityError(
                     f"{body} has something attached off its centre and makes no whole number of turns in a revolution "
-                    "of the crank. The ideal machine must repeat; choose a ratio of which 1/ratio is whole, or "
-                    "simulate less than a revolution"
+                    "of the crank. The ideal machine must repeat; choose a ratio of which 1/ratio is whole, attach it "
+                    "at the centre, or simulate less than a revolution"
                 )
             return
         try:
