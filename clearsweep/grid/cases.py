@@ -309,11 +309,11 @@ class CaseTemplate:
         self.dependents = tuple(
             dependent for dependent in (*own_values, *default_values) if dependent.path in self.values
         )
-        self._tree = _make_shared(put_values({}, self.values))
-        used_list_paths = [
-            list_path for list_path in list_paths if any(path.startswith(f"{list_path}.") for path in self.values)
-        ]
-        parts = [path.split(".") for path in [*(dependent.path for dependent in self.dependents), *used_list_paths]]
+        varied = [dependent.path for dependent in self.dependents]
+        self._varied_lists = [path for path in list_paths if any(each.startswith(f"{path}.") for each in varied)]
+        fixed_lists = [path for path in list_paths if path not in self._varied_lists]
+        self._tree = _make_shared(nest(self.values, fixed_lists))
+        parts = [path.split(".") for path in varied]
         parents = dict.fromkeys(tuple(names[:depth]) for names in parts for depth in range(1, len(names)))
         self._sections_to_copy = sorted(map(list, parents), key=len)
         self._assignments = [
@@ -333,7 +333,7 @@ class CaseTemplate:
             for parent in parents:
                 section = section[parent]
             section[key] = derive(point[source])
-        return _convert_lists(tree, self._list_paths)
+        return _convert_lists(tree, self._varied_lists)
 
     @cached_property
     def identity_template(self) -> str:

@@ -101,8 +101,10 @@ class Life(phases.Phase):
 PAUSE_LEAD = 0.025
 
 
-#: Of a run, not of its motion
-_NOT_OF_MOTION = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles", "recording"
+_OF_RUN = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles", "recording"
+_OF_CONTACTS = "clearance", "film", "limit_depth", "has_friction", "has_histogram", "apart", "pressed", "journal_sides"
+#: Arrays of a run or of its scene, which the motion does not change
+_NOT_OF_MOTION = {*_OF_RUN, *_OF_CONTACTS, "knots", "weight", "reset_by", "initial_internal"}
 Snapshot = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
@@ -258,9 +260,10 @@ class Perturbed:
         scale : (coordinates and rates,) unit of each; branches : while they differ, rescaling waits, as if only one run
         were in contact.
         """
-        self.by_sign, self.by_value = list(branches.by_sign), list(branches.by_value)
+        self.branches = branches
         self.control = control._replace(keep_events=False, end=math.inf)
         self.run, self.work, self.scale, self.tolerance = run, run.work, scale, tolerance
+        self.aligned = scale / math.sqrt(scale.size)
         self.roots = slice(run.work.time + 1, run.work.time + 1 + run.work.mode.size)  # of penetrations, in the state
         self.size = max(DISTURBANCE, min(DISTURBANCE_PER_TOLERANCE * tolerance, MAX_DISTURBANCE))
         self.arrays: list[tuple[np.ndarray, np.ndarray]] = []  # of this and of the other motion
@@ -274,7 +277,7 @@ class Perturbed:
         if not self.times:
             self.times, self.growths = [time], [0.0]
             self.arrays = list(zip(*(arrays_of_motion(work).values() for work in (self.work, base)), strict=True))
-            self._displace(base, self.scale / math.sqrt(self.scale.size), 0.0, 0.0)
+            self._displace(base, self.aligned, 0.0, 0.0)
         elif self.status == integration.OK and time > self.work.y[base.time]:
             control = self.control._replace(window=time, pause=time)
             status, _ = self.run.advance(control)
@@ -286,27 +289,28 @@ class Perturbed:
 
     def _measure(self, base: Work) -> None:
         """Record the distance of the perturbed motion from `base`, and rescale it."""
-        work, n = self.work, self.scale.size
-        same_contacts = bool(np.all(work.mode == base.mode))
-        same_contacts = same_contacts and bool(
-            np.all(np.sign(work.latched[self.by_sign]) == np.sign(base.latched[self.by_sign]))
-        )
-        same_contacts = same_contacts and bool(np.all(work.latched[self.by_value] == base.latched[self.by_value]))
-        distance = math.sqrt(np.sum(np.square((work.y[:n] - base.y[:n]) / self.scale)))
-        if not same_contacts and distance < SATURATION:
+        work = self.work
+        same_branches = self._branches_of(work) == self._branches_of(base)
+        difference = work.y - base.y
+        scaled = difference[: self.scale.size] / self.scale
+        distance = math.sqrt((scaled * scaled).sum())
+        if not same_branches and distance < SATURATION:
             return
         self.times.append(float(base.y[base.time]))
         self.growths.append(self.growths[-1] + math.log(max(distance, SMALLEST_DISTURBANCE * self.size) / self.size))
-        if same_contacts and distance > 0.0:
-            depth_difference = np.square(work.y[self.roots]) - np.square(base.y[self.roots])
-            self._displace(
-                base,
-                (work.y - base.y) / distance,
-                (work.latched - base.latched) / distance,
-                depth_difference / distance,
-            )
+        if same_branches and distance > 0.0:
+            roots, base_roots = work.y[self.roots], base.y[self.roots]
+            depth_difference = roots * roots - base_roots * base_roots
+            latched = (work.latched - base.latched) / distance
+            self._displace(base, difference / distance, latched, depth_difference / distance)
         else:
-            self._displace(base, self.scale / math.sqrt(n), 0.0, 0.0)
+            self._displace(base, self.aligned, 0.0, 0.0)
+
+    def _branches_of(self, work: Work) -> tuple[list, ...]:
+        """Return the modes of the contacts and what selects the branches of their laws."""
+        latched = work.latched.tolist()
+        signs = [(latched[index] > 0.0) - (latched[index] < 0.0) for index in self.branches.by_sign]
+        return work.mode.tolist(), signs, [latched[index] for index in self.branches.by_value]
 
     def _displace(
         self, base: Work, direction: np.ndarray, latched: np.ndarray | float, depth_difference: np.ndarray | float
@@ -319,12 +323,11 @@ class Perturbed:
         work, smallest_root = self.work, step.ONSET_ROOT * self.work.sigma
         for own_array, array in self.arrays:
             own_array[...] = array
+        roots = work.y[self.roots]
+        depths = np.maximum(roots * roots + self.size * depth_difference, smallest_root * smallest_root)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched
-        roots = np.sqrt(
-            np.maximum(np.square(base.y[self.roots]) + self.size * depth_difference, smallest_root * smallest_root)
-        )
-        work.y[self.roots] = np.where(touches(work.mode), roots, 0.0)
+        roots[...] = np.sqrt(depths) * touches(work.mode)
 
     def figures(self, period: float) -> dict[str, float | None]:
         """Return exponent and horizon, each None if undefined or if disturbances do not grow.
