@@ -65,8 +65,8 @@ def built_of(machine, turns, moved=0.0):
     """Return the compiled machine with its crank's pin moved (m), and its state after some turns of a free crank."""
     built = planar.build(machine._replace(drive=Motor(1.0, 100.0, 10.0, 0.0)), {}, {})
     first = built.value.joints[1]
-    near = first.near._replace(x=first.near.x + moved)
-    value = built.value._replace(joints=(built.value.joints[0], first._replace(near=near), *built.value.joints[2:]))
+    end = first.proximal._replace(point=first.proximal.point._replace(x=first.proximal.point.x + moved))
+    value = built.value._replace(joints=(built.value.joints[0], first._replace(proximal=end), *built.value.joints[2:]))
     assert value.sides
     return value, built.start + np.array([2.0 * math.pi * turns, 0.0, 0.0])
 

@@ -13,6 +13,7 @@ from test_heat import DRY
 
 import clearsweep
 from clearsweep.contracts.layout import Layout
+from clearsweep.contracts.machine import Rubbing
 from clearsweep.mechanics.laws.bristles import Dahl, LuGre
 from clearsweep.mechanics.laws.friction import (
     Karnopp,
@@ -23,7 +24,6 @@ from clearsweep.mechanics.laws.friction import (
     static_limit_in_pin,
     without_history,
 )
-from clearsweep.mechanics.machines.planar import load_forms as planar_loads
 from clearsweep.simulation.running.run import integration_of
 from clearsweep.verify.measured.machines import LAW
 
@@ -243,7 +243,7 @@ def test_laws_of_loads_are_replaced_by_place():
     grid["loads"]["push"] = {"on": "rocker", "torque": 1.0}
     mechanism = clearsweep.load_case(grid).built.value
     other = clearsweep.mechanics.machines.contract.with_friction_laws(mechanism, (Dahl(0.5, 1.0, 1.0, 0.25),))
-    (rubbed,) = (load for load in other.loads if isinstance(load, planar_loads.JointFriction))
+    (rubbed,) = (load for load in other.loads if isinstance(load, Rubbing))
     assert rubbed.friction == Dahl(0.5, 1.0, 1.0, 0.25)
     assert [type(load) for load in other.loads] == [type(load) for load in mechanism.loads]
 

@@ -3,7 +3,7 @@
 import itertools
 import math
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,17 +14,18 @@ from ....contracts.machine import (
     Aim,
     Body,
     BodyPoint,
+    Constant,
     Elastic,
-    Guide,
     Machine,
     Mesh,
     Motor,
     Path,
+    Pin,
     Schedule,
-    Slot,
     Spring,
     Stops,
     Stretch,
+    TabledPush,
 )
 from ...joints.contract import Load
 from ..contract import Built, IdealMotion, Open, has_finite_accelerations
@@ -33,14 +34,14 @@ from ..programs import kinds_of, shared_by
 from . import equations  # noqa: F401 - registers the equations of motion
 from . import form as planar_form
 from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, extent
-from .drives import Steady, compile_drive, drive_motion
+from .drives import compile_drive, drive_motion
 from .dyads import assembly_of
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
-from .load_forms import SpringLoad, compile_load, discontinuity_times_of
+from .load_forms import AngleTableLoad, TimeTableLoad, compile_table, discontinuity_times_of
 from .loops import loop_jacobian
 from .pose import pose_of
 from .stations import geometry_of, initial_coordinate
-from .structure import ANGLE, BEND, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, BEND, FRICTION_LOADS, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- elastic links
 
@@ -203,7 +204,7 @@ def choose_dependent(
     from scipy.linalg import qr
 
     if not machine.free:
-        value = value._replace(drive=Steady(1.0, value.cycle.start))
+        value = value._replace(drive=Constant(1.0, value.cycle.start))
     jacobians_at_angles = []
     closed_angles = np.flatnonzero(is_closed[:-1])
     for k in closed_angles[:: max(len(closed_angles) // EXAMINED_ANGLES, 1)].tolist():
@@ -375,14 +376,14 @@ def _sides(ideal_machine: IdealMachine, form: planar_form.Planar, coordinates: l
 
 def _has_finite_accelerations(form: planar_form.Planar, start: np.ndarray) -> bool:
     """Return whether all accelerations at the initial state are finite."""
-    no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
+    no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for site in form.sites if isinstance(site, Open))
     return has_finite_accelerations(form, start, no_loads)
 
 
 def _check_spring_directions(machine: Machine, form: planar_form.Planar, start: np.ndarray) -> None:
     """Raise MobilityError if a spring with a free length has no direction at the start: its ends coincide."""
     without_free_lengths = tuple(
-        load._replace(free_length=0.0) if isinstance(load, SpringLoad) else load for load in form.loads
+        load._replace(free_length=0.0) if isinstance(load, Spring) else load for load in form.loads
     )
     if not _has_finite_accelerations(form._replace(loads=without_free_lengths), start):
         return
@@ -448,48 +449,57 @@ def discontinuity_times(machine: Machine) -> list[float]:
 def _independent_form(machine: Machine, open_joints: frozenset[str]) -> planar_form.Planar:
     """Return the compiled form with open joints of these names, without dependent coordinates."""
     numbers = {name: planar_form.as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
-    compiled_joints, names = [], [joint.name for joint in machine.joints]
+    names = [joint.name for joint in machine.joints]
 
-    def locate_point(endpoint: BodyPoint) -> tuple:
-        return numbers[endpoint.body], _compile_point(machine, endpoint)
+    def located(end: BodyPoint) -> Any:
+        return BodyPoint(numbers[end.body], _compile_point(machine, end))
 
     def joint_number(name: str) -> tuple:
         return planar_form.as_empty_tuples(names.index(name))
 
-    for joint in machine.joints:
-        site: tuple = Open() if joint.name in open_joints else Closed()
-        bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
-        points = (_compile_point(machine, joint.proximal), _compile_point(machine, joint.distal))
+    def numbered(record: Any, **replacements: Any) -> Any:
+        """Return a joint or a load without its name, with its ends and further fields replaced."""
+        ends = {field: located(part) for field, part in record._asdict().items() if isinstance(part, BodyPoint)}
+        return record._replace(name=(), **ends, **replacements)
+
+    def compiled_joint(joint: Any) -> Any:
         if isinstance(joint, Stops) and joint.guide:
-            compiled_joints.append(planar_form.Travel(site, *bodies, *points, joint_number(joint.guide)))
-        elif isinstance(joint, Stops):  # as a gear: the angle of the distal body minus the other one
-            sizes = -1.0, 1.0, 0.0, 0.0, 0.0
-            compiled_joints.append(planar_form.Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), *sizes))
-        elif isinstance(joint, Mesh):
-            pins = tuple(map(joint_number, joint.pins))
-            axis = planar_form.compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
-            eccentric = tuple(itertools.starmap(planar_form.compile_point, joint.eccentricities))
-            sizes = joint.ratio, joint.arm, joint.across, joint.apart, joint.rest
-            compiled_joints.append(
-                planar_form.Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, eccentric, *sizes)
+            return numbered(joint, guide=joint_number(joint.guide))
+        if isinstance(joint, Stops):  # as a gear: the angle of the distal body minus the other one
+            return compiled_joint(Mesh("", joint.distal, joint.proximal, GROUND, -1.0))
+        if isinstance(joint, Mesh):
+            return numbered(
+                joint,
+                carrier=numbers[joint.carrier],
+                centres=_compile_direction(joint.centres) if joint.pins else (),
+                pins=tuple(map(joint_number, joint.pins)),
+                eccentricities=tuple(itertools.starmap(planar_form.compile_point, joint.eccentricities)),
+                teeth=(),
+                approach=(),
             )
-        elif isinstance(joint, (Guide, Stretch, Slot)):
-            is_spring = isinstance(joint, Stretch)
-            site = planar_form.ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
-            axis = planar_form.compile_direction(math.cos(joint.axis), math.sin(joint.axis))
-            compiled_joints.append(planar_form.Slide(site, *bodies, *points, axis))
-        else:
-            compiled_joints.append(planar_form.Hinge(site, *bodies, *points))
+        return numbered(joint) if isinstance(joint, Pin) else numbered(joint, axis=_compile_direction(joint.axis))
+
+    def compiled_load(load: Any) -> Any:
+        if isinstance(load, TabledPush):
+            table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
+            return table_type(located(load.at), compile_table(load))
+        is_friction = isinstance(load, FRICTION_LOADS)
+        return numbered(load, joint=joint_number(load.joint)) if is_friction else numbered(load)
+
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
+    aim, point, direction = machine.aim, (), ()
+    if aim.point:
+        point, direction = _compile_point(machine, BodyPoint(aim.body, aim.point)), _compile_direction(aim.direction)
     return planar_form.Planar(
         bodies=tuple(masses_of(machine)),
-        joints=tuple(compiled_joints),
+        joints=tuple(map(compiled_joint, machine.joints)),
+        sites=tuple(Open() if name in open_joints else Closed() for name in names),
         dependent=(),
         crank=numbers[crank],
         drive=compile_drive(machine.drive),
         gravity=machine.gravity,
-        loads=tuple(compile_load(load, locate_point, joint_number) for load in machine.loads),
-        aim=_compile_aim(machine, machine.aim, numbers),
+        loads=tuple(map(compiled_load, machine.loads)),
+        aim=Aim(numbers[aim.body], point, direction),
         cycle=(),
     )
 
@@ -508,11 +518,8 @@ def _compile_point(machine: Machine, endpoint: BodyPoint) -> tuple:
     return planar_form.compile_point(float(x), float(y))
 
 
-def _compile_aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
-    if not aim.point:
-        return planar_form.AngleAim(numbers[aim.body])
-    direction = planar_form.compile_direction(math.cos(aim.direction), math.sin(aim.direction))
-    return planar_form.PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
+def _compile_direction(angle: float) -> tuple:
+    return planar_form.compile_direction(math.cos(angle), math.sin(angle))
 
 
 def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:

@@ -3,27 +3,20 @@
 import functools
 import itertools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ....contracts.catalogue import Law
-from ....contracts.machine import Constant, Motor, Path, Schedule
+from ....contracts.machine import Constant, Motor, Path, Schedule, Servo
 from ....tracing.compiled.choosing import where
-from ....tracing.compiled.family import family, inlined, kernel
+from ....tracing.compiled.family import family, inlined, kernel, known
 from ....tracing.compiled.pinned import array_handle, cubic_at, cubic_rows
 from ...laws.contract import Recipe, require
 from ...laws.own import Own, maker
 from ...laws.sampled import attempted
 
 # ---------------------------------------------------------------------------------------------- given motions
-
-
-class Steady(NamedTuple):
-    """A constant speed."""
-
-    speed: float  # rad/s
-    start: float  # rad
 
 
 class Tabled(NamedTuple):
@@ -38,7 +31,7 @@ def drive_motion(drive, time):
     """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a driven crank at `time` (s)."""
 
 
-drive_motion.member(Steady)(lambda drive, time: (drive.speed * time + drive.start, drive.speed, 0.0))
+drive_motion.member(Constant)(lambda drive, time: (drive.speed * time + drive.start_angle, drive.speed, 0.0))
 drive_motion.member(Tabled)(lambda drive, time: cubic_at(drive.table, drive.row_count, time))
 
 
@@ -58,48 +51,33 @@ class FreeByTable(NamedTuple):
     curve: tuple  # Tabled: the torque (N m) in place of the angle, over the rate (rad/s)
 
 
-class Served(NamedTuple):
-    """A torque that pulls the crank to a target angle, up to a limit."""
-
-    target: tuple  # of `drive_motion`
-    stiffness: float  # N m/rad
-    damping: float  # N m s/rad
-    limit: float  # N m
-
-
-class Regulated(NamedTuple):
-    """A Served drive with an integral part, whose rate is that of a further coordinate."""
-
-    served: tuple  # Served
-    gain: float  # N m/(rad s)
-    tracking_time: float  # s
-
-
 @family
 def torque_at(drive, angle, rate, time, integral):
     """Return the torque (N m) on a free crank at `angle` (rad), `rate` (rad/s) and `time` (s).
 
-    integral : N m, integral part of a Regulated drive
+    integral : N m, integral part of a Servo that has one
     """
 
 
 torque_at.member(FreeByTable)(lambda drive, angle, rate, time, integral: drive_motion(drive.curve, rate)[0])
 
 
-@torque_at.member(Served)
-def _torque_at_served(drive, angle, rate, time, integral):
-    return _limited(drive.limit, _demand(drive, angle, rate, time))
+@known
+def is_regulated(drive):
+    """Return whether a drive is a Servo with an integral part, whose rate is that of a further coordinate."""
+    return isinstance(drive, Servo) and type(drive.integral) is not tuple
 
 
-@torque_at.member(Regulated)
-def _torque_at_regulated(drive, angle, rate, time, integral):
-    return _limited(drive.served.limit, _demand(drive.served, angle, rate, time) + integral)
+@torque_at.member(Servo)
+def _torque_at_servo(drive, angle, rate, time, integral):
+    demand = _demand(drive, angle, rate, time)
+    return _limited(drive.torque_limit, demand + integral if is_regulated(drive) else demand)
 
 
 @inlined
-def _demand(served, angle, rate, time):
-    aim, aim_rate, _ = drive_motion(served.target, time)
-    return served.stiffness * (aim - angle) + served.damping * (aim_rate - rate)
+def _demand(servo, angle, rate, time):
+    aim, aim_rate, _ = drive_motion(servo.target, time)
+    return servo.stiffness * (aim - angle) + servo.damping * (aim_rate - rate)
 
 
 @inlined
@@ -110,10 +88,10 @@ def _limited(limit, torque):
 
 @kernel
 def integral_rate(drive, angle, rate, time, integral):
-    """Return the rate (N m/s) of the integral part of a Regulated drive; at the limit it follows the torque."""
-    served, demand = drive.served, _demand(drive.served, angle, rate, time) + integral
-    excess = _limited(served.limit, demand) - demand
-    return drive.gain * (drive_motion(served.target, time)[0] - angle) + excess / drive.tracking_time
+    """Return the rate (N m/s) of the integral part of a Servo; at the limit it follows the torque."""
+    demand = _demand(drive, angle, rate, time) + integral
+    excess = _limited(drive.torque_limit, demand) - demand
+    return drive.integral * (drive_motion(drive.target, time)[0] - angle) + excess / drive.tracking_time
 
 
 class FreeByLaw(NamedTuple):
@@ -163,22 +141,24 @@ def no_load_speed(law: tuple) -> float:
 torque_at.member(Free)(lambda drive, angle, rate, time, integral: drive.torque - drive.slope * rate)
 
 
+FREE = Free, FreeByLaw, FreeByTable, Servo  # drives whose crank is free
+
+
 # ---------------------------------------------------------------------------------------------- drives of a machine
 
 
 def compile_drive(drive: Constant | Schedule | Path | Motor) -> tuple:
     """Return the compiled form of a drive."""
     if isinstance(drive, Constant):
-        return Steady(drive.speed, drive.start_angle)
+        return drive
     if isinstance(drive, (Schedule, Path)):
         table = motion_table(drive)
         return Tabled(array_handle(table), float(len(table)))
     if drive.law is not None:
         return FreeByLaw(drive.law)
     if drive.servo is not None:
-        servo = drive.servo
-        served = Served(compile_drive(servo.target), servo.stiffness, servo.damping, servo.torque_limit)
-        return served if servo.integral is None else Regulated(served, servo.integral, servo.tracking_time)
+        servo: Any = drive.servo._replace(target=cast(Any, compile_drive(drive.servo.target)))
+        return servo if servo.integral is not None else servo._replace(integral=(), tracking_time=())
     if drive.curve is not None:
         table = torque_table(*drive.curve)
         return FreeByTable(Tabled(array_handle(table), float(len(table))))

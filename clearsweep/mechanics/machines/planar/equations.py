@@ -13,9 +13,8 @@ from .dynamics import impact_masses_of, link_signals_of, motion_of
 from .form import STATIONS, Planar, evaluate_cycle
 from .friction import FrictionMotion, accelerate_with_friction
 from .kinematics import Bodies, vector_of
-from .load_forms import FRICTION_LOADS
 from .pose import pose_of
-from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, FRICTION_LOADS, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- observables
 

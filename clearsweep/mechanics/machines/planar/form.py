@@ -1,5 +1,8 @@
 """The compiled form of a planar machine: types define the topology, values the dimensions.
 
+It consists of records of `contracts.machine`.  In place of names of bodies and joints they have numbers, in place of
+names of points and of angles of lines points and unit vectors, and () in place of what is not needed.
+
 The number of a body is the length of a tuple of empty tuples, which needs no memory; the ground is 0.  Points are
 measured from the centre of mass of their body in its own frame, and those on its x axis or at the centre have types of
 their own, which avoids multiplications by zero.
@@ -52,13 +55,6 @@ class Housing(NamedTuple):
     inertia: float  # 0
 
 
-class ElasticGuide(NamedTuple):
-    """A guide between two masses of an elastic link, or under a housing, with a spring and damper along it."""
-
-    stiffness: float  # N/m
-    damping: float  # N s/m
-
-
 class Centre(NamedTuple):
     """The centre of mass of a body, or the origin of the ground."""
 
@@ -87,82 +83,18 @@ class Along(NamedTuple):
     y: float
 
 
-class Hinge(NamedTuple):
-    """A revolute joint."""
-
-    site: tuple  # Ideal() or Open()
-    proximal: tuple  # number of the body
-    distal: tuple
-    near: tuple  # Centre, OnAxis or Off, on the proximal body
-    far: tuple  # on the distal body
-
-
-class Slide(NamedTuple):
-    """A prismatic joint."""
-
-    site: tuple  # Ideal(), Open() or Sprung
-    proximal: tuple
-    distal: tuple
-    near: tuple
-    far: tuple
-    axis: tuple  # AlongX or Along, in the frame of the proximal body
-
-
-class Gear(NamedTuple):
-    """Two bodies whose angles keep a ratio: two wheels in mesh, or the halves of a coupling."""
-
-    site: tuple  # Ideal() or Open()
-    proximal: tuple
-    distal: tuple
-    near: tuple  # the centres
-    far: tuple
-    axis: tuple  # AlongX or Along, from the first centre to the second in the frame of the carrier; () for a coupling
-    carrier: tuple  # number of the body
-    pins: tuple  # numbers of the pins of both bodies as tuples of empty tuples; () for a coupling
-    eccentric: tuple  # points, the centre of each pitch circle from its pin; () if both are at their pins
-    ratio: float  # of the second angle in the sum that stays constant
-    arm: float  # m, position along the line of action for a unit of the first angle
-    across: float  # force on the second centre across the line of centres per force on the drive flank
-    apart: float  # force along it per force on either flank
-    rest: float  # rad, the constant sum
-
-
-class Travel(NamedTuple):
-    """The travel of a guide without clearance, at whose ends it is stopped."""
-
-    site: tuple  # Open()
-    proximal: tuple
-    distal: tuple
-    near: tuple
-    far: tuple
-    guide: tuple  # number of the guide
-
-
-class PointAim(NamedTuple):
-    """The output is the position of a point along a direction of the fixed frame."""
-
-    body: tuple
-    point: tuple
-    direction: tuple  # AlongX or Along
-
-
-class AngleAim(NamedTuple):
-    """The output is the angle of a body."""
-
-    body: tuple
-
-
 class Planar(NamedTuple):
     """The compiled form of a planar machine."""
 
     bodies: tuple  # of Mass, Segment, Housing and bending.Bent, without the ground
-    joints: tuple  # of Hinge, Slide and Gear in the order of the grid, then of their stops, Gear and Travel
+    joints: tuple  # of Pin, Guide, Slot and Mesh in the order of the grid, then of their stops, Mesh and Stops; Stretch
+    sites: tuple  # Ideal() or Open() for each of them
     dependent: tuple  # indices of the dependent coordinates
     crank: tuple  # number of the driven body
-    drive: tuple  # of `drive`
+    drive: tuple  # of `drives`
     gravity: float  # m/s^2, along -y
-    loads: tuple  # of `loads`
-    aim: tuple  # PointAim or AngleAim
+    loads: tuple  # of `load_forms`
+    aim: tuple  # Aim
     cycle: tuple  # Cycle of the ideal machine: its output, then the dependent coordinates
     sides: tuple = ()  # 1 or -1, the assembly of each dyad that closes a loop; () unless dyads close all loops
 

@@ -16,7 +16,7 @@ from ....tracing.compiled.family import Routine, entry, flatten, invoke, kernel,
 from ....tracing.portable import exact, integrals_through, inverse, powers
 from ...observe import POINTS, STAGES
 from ..contract import accelerate, pose_at
-from .drives import Regulated
+from .drives import is_regulated
 
 MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed
 STEPS_PER_TURN = 300  # capacity, steps per revolution
@@ -42,7 +42,7 @@ SERIES = inverse(exact(legendre.legvander(2.0 * C - 1.0, STAGES - 1))).transpose
 @known
 def _count(mechanism):
     """Return the number of coordinates: the angle, and the integral over time of the drive's integral part."""
-    return 2 if isinstance(mechanism.drive, Regulated) else 1
+    return 2 if is_regulated(mechanism.drive) else 1
 
 
 @kernel

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from ....contracts.machine import OwnPush, Push, Spring, TorsionSpring
 from ....tracing.compiled import calculus as math
 from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
@@ -21,7 +22,7 @@ from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from ..programs import NO_VECTOR, PlaneVector, vector_sum
 from .bent_line import BentLine
 from .form import AlongX, Centre, OnAxis, evaluate_cycle, pairs_of
-from .load_forms import AngleTableLoad, OwnLoad, PushLoad, SpringLoad, TorsionLoad, applied_load, table_values
+from .load_forms import AngleTableLoad, applied_load, table_values
 from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, BentForm, Coordinate, LoadKind, MachineType, PointForm
 
 # ---------------------------------------------------------------------------------------------- vectors
@@ -104,9 +105,9 @@ class Kinematics:
 
     def _joint_vectors(self, j: int) -> JointVectors:
         site, joint = self.machine.sites[j], self.mechanism.joints[j]
-        axis = vector_of(site.axis, joint.axis) if site.axis else NO_VECTOR
-        near = self.point_of(site.link.proximal, site.near, joint.near)
-        far = self.point_of(site.link.distal, site.far, joint.far)
+        axis = vector_of(site.axis, joint.centres if site.link.geared else joint.axis) if site.axis else NO_VECTOR
+        near = self.point_of(site.link.proximal, site.near, joint.proximal.point)
+        far = self.point_of(site.link.distal, site.far, joint.distal.point)
         return JointVectors(near, far, axis)
 
     def point_of(self, body: int, form: PointForm, value: Expr) -> PlaneVector:
@@ -240,7 +241,7 @@ class Kinematics:
         for k, (pin, sign) in enumerate(zip(site.pins, (-1, 1), strict=True)):
             link = self.machine.sites[pin].link
             if site.eccentric:
-                centre = vector_of(site.eccentric[k], self.mechanism.joints[j].eccentric[k])
+                centre = vector_of(site.eccentric[k], self.mechanism.joints[j].eccentricities[k])
                 arm = self.to_fixed_frame(self.spanning_tree.group[wheels[k]], centre)
                 offsets.append(signed(sign, arm))
                 velocities.append(signed(sign, self.spin(wheels[k]) * arm.left()))
@@ -369,28 +370,28 @@ class Bodies(Kinematics):
         load = self.machine.loads[i]
         if load is None:
             return []
-        if load.form is TorsionLoad:
+        if load.form is TorsionSpring:
             return self._torsion_spring(i, load)
-        return self._spring(i, load) if load.form is SpringLoad else [self._push(i, load)]
+        return self._spring(i, load) if load.form is Spring else [self._push(i, load)]
 
     def _push(self, i: int, load: LoadKind) -> Load:
         """Return load `i`: a force and a torque on one body, constant or from a table."""
         values = self.mechanism.loads[i]
         ((body, point, _),) = load.points
-        if load.form is OwnLoad:
-            path = self.path_to(body, self.point_of(body, point, values.point))
+        if load.form is OwnPush:
+            path = self.path_to(body, self.point_of(body, point, values.at.point))
             motion = tuple(self.position(path)), tuple(self.velocity(path))
             row = self.program.call(
                 applied_load, values.law, self.pose.time, self.angle(self.spanning_tree.crank), *motion
             )
-            return Load(body, self.point_of(body, point, values.point), PlaneVector(row[0], row[1]), row[2])
-        if load.form is PushLoad:
+            return Load(body, self.point_of(body, point, values.at.point), PlaneVector(row[0], row[1]), row[2])
+        if load.form is Push:
             force, torque = PlaneVector(values.fx, values.fy), values.torque
         else:
             argument = self.angle(self.spanning_tree.crank) if load.form is AngleTableLoad else self.pose.time
             row = self.program.call(table_values, values.table, argument)
             force, torque = PlaneVector(row[0], row[1]), row[2]
-        return Load(body, self.point_of(body, point, values.point), force, torque)
+        return Load(body, self.point_of(body, point, values.at.point), force, torque)
 
     def _torsion_spring(self, i: int, load: LoadKind) -> list[Load]:
         """Return the torques of the load number `i`, a torsion spring and damper, on both bodies."""
@@ -411,14 +412,14 @@ class Bodies(Kinematics):
 
     def tension(self, j: int) -> Expr:
         """Return the force (N) with which the spring number `j` of an elastic link pulls its ends together."""
-        site = self.mechanism.joints[j].site
-        return site.stiffness * self.travel[j] + site.damping * self.rate[Coordinate(TRAVEL, j)]
+        spring = self.mechanism.joints[j]
+        return spring.stiffness * self.travel[j] + spring.damping * self.rate[Coordinate(TRAVEL, j)]
 
     def _spring(self, i: int, load: LoadKind) -> list[Load]:
         """Return the forces of the load number `i`, a spring and damper, at both ends."""
         spring = self.mechanism.loads[i]
         (first_body, first_point), (second_body, second_point) = (
-            (body, self.point_of(body, point, getattr(spring, field))) for body, point, field in load.points
+            (body, self.point_of(body, point, getattr(spring, field).point)) for body, point, field in load.points
         )
         path = self.between(self.path_to(first_body, first_point), self.path_to(second_body, second_point))
         distance, velocity = self.position(path), self.velocity(path)

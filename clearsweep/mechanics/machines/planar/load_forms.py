@@ -1,13 +1,12 @@
-"""The compiled forms of the loads on a planar machine: types define where they act, values how large they are."""
+"""Loads on a planar machine that are no numbers: compiled tables over angle or time, and loads of one's own."""
 
 import math
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....contracts.catalogue import Law
-from ....contracts.machine import BodyPoint, Braking, OwnPush, Push, Rubbing, Spring, TabledPush, TorsionSpring
+from ....contracts.machine import Push, Spring, TabledPush, TorsionSpring
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, load_items, row_of
@@ -17,16 +16,6 @@ from ...laws.own import Own, maker
 _QUANTITIES = 3  # quantities in a table: force x, y, torque
 _POWERS = 4  # coefficients of the polynomials between its rows
 _LOAD_WIDTH = 1 + _QUANTITIES * _POWERS  # numbers in a row: knot, then the polynomials after it
-
-
-class PushLoad(NamedTuple):
-    """A constant force and torque on a body."""
-
-    body: tuple  # number
-    point: tuple  # point
-    fx: float  # N
-    fy: float
-    torque: float  # N m
 
 
 class Table(NamedTuple):
@@ -40,25 +29,15 @@ class Table(NamedTuple):
 class AngleTableLoad(NamedTuple):
     """A force and torque on a body that depend on the angle of the crank."""
 
-    body: tuple
-    point: tuple
+    at: tuple  # BodyPoint
     table: Table
 
 
 class TimeTableLoad(NamedTuple):
     """A force and torque on a body that depend on time."""
 
-    body: tuple
-    point: tuple
+    at: tuple  # BodyPoint
     table: Table
-
-
-class OwnLoad(NamedTuple):
-    """A force and torque on a body by a law of one's own."""
-
-    body: tuple
-    point: tuple
-    law: tuple  # of `applied_load`
 
 
 @family
@@ -95,51 +74,6 @@ def _load_recipe(own: Own, description: Law) -> Recipe:
         return ()
 
     return Recipe(description, (kind,), make, check=check)
-
-
-class SpringLoad(NamedTuple):
-    """A spring and damper between two points."""
-
-    first: tuple  # number of the body
-    near: tuple  # point
-    second: tuple
-    far: tuple
-    stiffness: float  # N/m
-    free_length: float  # m
-    damping: float  # N s/m
-
-
-class TorsionLoad(NamedTuple):
-    """A spring and damper between the angles of two bodies."""
-
-    first: tuple  # number of the body
-    near: tuple  # point
-    second: tuple
-    far: tuple
-    stiffness: float  # N m/rad
-    free_angle: float  # rad
-    damping: float  # N m s/rad
-
-
-class JointFriction(NamedTuple):
-    """Friction in a joint without clearance."""
-
-    joint: tuple  # number
-    friction: tuple  # of a friction law
-    radius: float  # m, of a pin
-
-
-class GivenFriction(NamedTuple):
-    """Friction of a given size in a joint."""
-
-    joint: tuple  # number
-    friction: tuple  # of a friction law
-    radius: float  # m
-    normal: float  # N
-
-
-FRICTION_LOADS = (JointFriction, GivenFriction)
-SPRING_LOADS = (SpringLoad, TorsionLoad)
 
 
 @kernel
@@ -207,32 +141,6 @@ def evaluate_table(table: Table, argument: np.ndarray) -> np.ndarray:
     return (
         (coefficients[..., 0] * remaining + coefficients[..., 1]) * remaining + coefficients[..., 2]
     ) * remaining + coefficients[..., 3]
-
-
-COMPILED = {  # record of a load -> its compiled form, whose fields follow in the same order
-    Push: PushLoad,
-    OwnPush: OwnLoad,
-    Spring: SpringLoad,
-    TorsionSpring: TorsionLoad,
-    Rubbing: JointFriction,
-    Braking: GivenFriction,
-}
-
-
-def compile_load(load: Any, locate_point: Callable, joint_number: Callable) -> tuple:
-    """Return the compiled form of a load.
-
-    locate_point : BodyPoint -> number of the body and compiled point; joint_number : name of a joint -> its number.
-    """
-    if isinstance(load, TabledPush):
-        table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
-        return table_type(*locate_point(load.at), compile_table(load))
-    parts: list = []
-    for name, value in zip(load._fields[1:], load[1:], strict=True):
-        located = [joint_number(value)] if name == "joint" else [value]
-        parts += locate_point(value) if isinstance(value, BodyPoint) else located
-    compiled: tuple = COMPILED[type(load)](*parts)
-    return compiled
 
 
 def discontinuity_times_of(load: Push | TabledPush | Spring | TorsionSpring) -> list[float]:

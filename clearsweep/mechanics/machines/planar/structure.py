@@ -3,28 +3,17 @@
 It decides which operations the programs of the machine have.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
+from ....contracts.machine import Braking, Constant, Guide, Mesh, Rubbing, Slot, Stops, Stretch
 from ...laws.friction import Karnopp
 from ..contract import Open
 from ..programs import kinds_of, shared_by
-from .drives import Free, FreeByLaw, FreeByTable, Regulated, Served, Steady
-from .form import (
-    STATIONS,
-    Bent,
-    BentPoint,
-    BranchingCycle,
-    ElasticGuide,
-    Gear,
-    Hinge,
-    Housing,
-    Planar,
-    PointAim,
-    Segment,
-    Slide,
-    Travel,
-)
-from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
+from .drives import FREE, is_regulated
+from .form import STATIONS, Bent, BentPoint, BranchingCycle, Housing, Planar, Segment
+
+FRICTION_LOADS = Rubbing, Braking
+
 
 # ---------------------------------------------------------------------------------------------- the spanning tree
 
@@ -34,9 +23,6 @@ from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
 # without clearance leads from the ground to every body that such joints connect; each further joint closes a loop.
 # The other bodies float: one of each connected set has the position of its centre of mass as
 # coordinates, and the others are attached to it.  Joints with clearance constrain nothing.
-
-FREE = Free, FreeByLaw, FreeByTable, Served, Regulated  # drives whose crank is free
-
 
 #: Kinds of coordinates: of an angle group, along a guide, of a floating body, of the deformation of a link that bends.
 #: A cut opens such a link at a station; it stays closed, and its force is the normal force of the link there.
@@ -280,7 +266,7 @@ class MachineType(NamedTuple):
 @shared_by(kinds_of, 1024)
 def machine_type(machine: Planar) -> MachineType:
     """Return the structure of a compiled machine, which depends on its types alone."""
-    sites = tuple(map(_site, machine.joints))
+    sites = tuple(map(_site, machine.joints, machine.sites))
     is_free, bent = isinstance(machine.drive, FREE), _bent_kinds(machine.bodies)
     tree = spanning_tree(
         1 + len(machine.bodies),
@@ -288,16 +274,16 @@ def machine_type(machine: Planar) -> MachineType:
         len(machine.crank),
         free=is_free,
         deformations=sum(len(kind.coordinates) for kind in bent.values()),
-        regulated=isinstance(machine.drive, Regulated),
+        regulated=is_regulated(machine.drive),
     )
     friction_loads = tuple(
-        FrictionLoad(i, len(load.joint), isinstance(load, GivenFriction), isinstance(load.friction, Karnopp))
+        FrictionLoad(i, len(load.joint), isinstance(load, Braking), isinstance(load.friction, Karnopp))
         for i, load in enumerate(machine.loads)
         if isinstance(load, FRICTION_LOADS)
     )
-    aim, point, direction = machine.aim, None, None
-    if isinstance(aim, PointAim):
-        point, direction = _point_form(aim.point), type(aim.direction)
+    aim: Any = machine.aim  # mypy takes it for a tuple of anything
+    has_point = type(aim.point) is not tuple
+    point, direction = (_point_form(aim.point), type(aim.direction)) if has_point else (None, None)
     segments, housings = (
         tuple(i for i, body in enumerate(machine.bodies, start=1) if isinstance(body, form))
         for form in (Segment, Housing)
@@ -307,7 +293,7 @@ def machine_type(machine: Planar) -> MachineType:
         tree,
         len(machine.crank),
         is_free,
-        isinstance(machine.drive, Steady),
+        isinstance(machine.drive, Constant),
         tuple(tree.coordinates[len(index)] for index in machine.dependent),
         tuple(map(_load, machine.loads)),
         friction_loads,
@@ -340,24 +326,22 @@ def _point_form(point: tuple) -> PointForm:
     return BentForm(type(point.at), slopes, curvatures, len(point.cuts))
 
 
-def _site(joint: Hinge | Slide | Gear | Travel) -> Site:
-    slides, geared = isinstance(joint, Slide), isinstance(joint, (Gear, Travel))
-    bodies = len(joint.proximal), len(joint.distal)
-    link = Link(slides, isinstance(joint.site, Open), *bodies, isinstance(joint.site, ElasticGuide), geared)
-    near, far = _point_form(joint.near), _point_form(joint.far)
-    if isinstance(joint, Travel):
+def _site(joint: Any, site: tuple) -> Site:
+    slides, geared = isinstance(joint, (Guide, Slot, Stretch)), isinstance(joint, (Mesh, Stops))
+    bodies = len(joint.proximal.body), len(joint.distal.body)
+    link = Link(slides, isinstance(site, Open), *bodies, isinstance(joint, Stretch), geared)
+    near, far = _point_form(joint.proximal.point), _point_form(joint.distal.point)
+    if isinstance(joint, Stops):
         return Site(link, near, far, None, guide=len(joint.guide))
-    if isinstance(joint, Gear):
-        axis, pins, centres = joint.axis, tuple(map(len, joint.pins)), tuple(map(_point_form, joint.eccentric))
-        return Site(
-            link, near, far, None if type(axis) is tuple else type(axis), len(joint.carrier), pins, eccentric=centres
-        )
+    if isinstance(joint, Mesh):
+        axis = None if type(joint.centres) is tuple else type(joint.centres)
+        pins, centres = tuple(map(len, joint.pins)), tuple(map(_point_form, joint.eccentricities))
+        return Site(link, near, far, axis, len(joint.carrier), pins, eccentric=centres)
     return Site(link, near, far, type(joint.axis) if slides else None)
 
 
-def _load(load: tuple) -> LoadKind | None:
+def _load(load: Any) -> LoadKind | None:
     if isinstance(load, FRICTION_LOADS):
         return None
-    pairs = (("first", "near"), ("second", "far")) if isinstance(load, SPRING_LOADS) else (("body", "point"),)
-    points = ((len(getattr(load, body)), _point_form(getattr(load, point)), point) for body, point in pairs)
-    return LoadKind(type(load), tuple(points))
+    ends = {field: getattr(load, field) for field in ("at", "first", "second") if hasattr(load, field)}
+    return LoadKind(type(load), tuple((len(end.body), _point_form(end.point), field) for field, end in ends.items()))
