@@ -14,6 +14,7 @@ from right_grids import text_of
 from clearsweep import cli, grid, simulation
 from clearsweep import grid as grids
 from clearsweep.answers import validity
+from clearsweep.contracts.case import NO_CONTACT, Joint
 from clearsweep.grid import library
 from clearsweep.grid.library import MATERIALS
 from clearsweep.sweeping.pool.case_runner import SIMULATION
@@ -148,8 +149,8 @@ def test_a_pair_of_other_materials_than_those_of_the_joint_is_noted(pair, materi
 
 
 def test_the_remark_on_a_worn_bearing_agrees_with_the_pairs():
-    joint = validity.RubbingJoint("rod-slider", 1.0, 0.0, 0.01)
-    text = validity.wear_rate_remark([joint])
+    joint = Joint("rod-slider", 1e-4, NO_CONTACT, bearing_radius=0.01)
+    text = validity.wear_rate_remark([(joint, 1.0)])
     for name in ("steel/bronze greased", "steel/bronze dry"):
         known = library.PAIRS[name].values["coefficient"]
         assert f"{known.low:g} to {known.high:g}".replace("e-0", "e-") in text

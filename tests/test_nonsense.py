@@ -10,9 +10,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import simulation
 from clearsweep.answers.validity import (
-    PenetrationAndWear,
     Remarks,
-    RubbingJoint,
     imbalance_remark,
     join_remarks,
     penetration_remark,
@@ -20,6 +18,7 @@ from clearsweep.answers.validity import (
     wear_depth_remark,
     wear_rate_remark,
 )
+from clearsweep.contracts.case import NO_CONTACT, Film, Joint
 from clearsweep.grid import check_memory, largest_history, load
 from clearsweep.simulation import catalogue
 from clearsweep.sweeping import sweep
@@ -72,15 +71,13 @@ def test_wear_deeper_than_the_clearance_is_named():
 
 
 def test_wear_and_pressure_times_speed_beyond_any_bush_are_flagged():
-    radius, thousand_hours = 0.01, 1000.0 * 3600.0
-    hard = RubbingJoint("pin", 0.59 / thousand_hours, 12e6, radius)
-    assert wear_rate_remark([hard]).startswith(
+    pin, thousand_hours = Joint("pin", 1e-4, NO_CONTACT, bearing_radius=0.01), 1000.0 * 3600.0
+    assert wear_rate_remark([(pin, 0.59 / thousand_hours)]).startswith(
         "worn-away: pin wears by 590 mm in 1000 h, and its bearing radius is 10 mm. "
     )
-    assert "mean pV of 12 MPa m/s. Dry bushes allow 1 to 3 MPa m/s" in pv_remark([hard])
-    usual = RubbingJoint("pin", 0.9 * radius / thousand_hours, 3e6, radius)
-    assert wear_rate_remark([usual]) == pv_remark([usual]) == ""
-    assert pv_remark([hard._replace(is_lubricated=True)]) == ""
+    assert "mean pV of 12 MPa m/s. Dry bushes allow 1 to 3 MPa m/s" in pv_remark([(pin, 12e6)])
+    assert wear_rate_remark([(pin, 0.9 * 0.01 / thousand_hours)]) == pv_remark([(pin, 3e6)]) == ""
+    assert pv_remark([(pin._replace(film=Film("short", "short", 0.1, 0.99)), 12e6)]) == ""
 
 
 @pytest.mark.compiled
@@ -111,7 +108,8 @@ def test_the_mean_pressure_times_speed_is_that_of_the_histories():
     ],
 )
 def test_a_penetration_is_too_deep_where_no_bearing_bears_it(penetration, clearance, radius, text):
-    assert bool(penetration_remark([PenetrationAndWear("pair", penetration, 0.0, clearance, radius)])) == text
+    joint = Joint("pair", clearance, NO_CONTACT, bearing_radius=radius)
+    assert bool(penetration_remark([(joint, penetration)])) == text
 
 
 def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
@@ -124,10 +122,9 @@ def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
     messages, nothing = Remarks(["pair"]), {"pair_onset_rate_max": [0.0] * 2, "pair_law_limit_fraction": [0.0] * 2}
-    joint = PenetrationAndWear("pair", 0.6e-3, 0.7e-3, 0.5e-3, 0.01)
-    message = join_remarks(
-        "", penetration_remark([joint]), wear_depth_remark([joint]), imbalance_remark(0.024, 1e-8, 10.0)
-    )
+    joint = Joint("pair", 0.5e-3, NO_CONTACT, bearing_radius=0.01)
+    depths = penetration_remark([(joint, 0.6e-3)]), wear_depth_remark([(joint, 0.7e-3)])
+    message = join_remarks("", *depths, imbalance_remark(0.024, 1e-8, 10.0))
     messages.add({"case_id": ["a", "b"], "message": ["", message], **nothing})
     deep, worn, unbalanced = messages.sentences()
     assert "implausibly large in 1 of 2 cases, such as case b: pair is penetrated by 0.6 mm" in deep

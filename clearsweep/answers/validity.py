@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..contracts.case import REFERENCE_TEMPERATURE, Joint
 from ..language.wording import joint_name, short_id
 
 #: Figures of a joint.  The first is compared with the second, the approach speed at first yield.
@@ -199,40 +200,35 @@ def _find_remark(message: str | None, keyword: str) -> str:
     return next((remark.removeprefix(keyword) for remark in remarks if remark.startswith(keyword)), "")
 
 
-class PenetrationAndWear(NamedTuple):
-    """Largest penetration and wear of a joint in a case."""
-
-    joint: str  # 'rod-slider'
-    penetration: float  # m, largest
-    wear_depth: float  # m, deepest wear in the window, 0 without wear
-    clearance: float  # m
-    bearing_radius: float | None  # m
+def _listed(keyword: str, descriptions: Sequence[str], hint: str = "") -> str:
+    """Return the remark with these descriptions, or '' if there are none."""
+    return f"{keyword}{'; '.join(descriptions)}{hint}" if descriptions else ""
 
 
-def penetration_remark(joints: Iterable[PenetrationAndWear]) -> str:
-    """Return the remark on penetrations above clearance and TOLERATED_DEPTH, or above MAX_DEPTH."""
+def penetration_remark(joints: Iterable[tuple[Joint, float]]) -> str:
+    """Return the remark on penetrations (m) above clearance and TOLERATED_DEPTH, or above MAX_DEPTH."""
     remarks = []
-    for joint in joints:
-        radius = joint.bearing_radius
-        limit = min(max(joint.clearance, TOLERATED_DEPTH * radius), MAX_DEPTH * radius) if radius else joint.clearance
-        if joint.penetration > limit:
-            sizes = f"a clearance of {_mm_text(joint.clearance)}" + (
-                f" and a bearing radius of {_mm_text(joint.bearing_radius)}" if joint.bearing_radius else ""
-            )
-            remarks.append(f"{joint.joint} is penetrated by {_mm_text(joint.penetration)} at {sizes}")
+    for joint, penetration in joints:
+        clearance, radius = joint.clearance, joint.bearing_radius
+        limit = min(max(clearance, TOLERATED_DEPTH * radius), MAX_DEPTH * radius) if radius else clearance
+        if penetration > limit:
+            sizes = f"a clearance of {_mm_text(clearance)}"
+            sizes += f" and a bearing radius of {_mm_text(radius)}" if radius else ""
+            remarks.append(f"{joint.name} is penetrated by {_mm_text(penetration)} at {sizes}")
     hint = "; no contact law is valid there: check the units of stiffness, mass and speed"
-    return TOO_DEEP + "; ".join(remarks) + hint if remarks else ""
+    return _listed(TOO_DEEP, remarks, hint)
 
 
-def static_load_remark(joints: Iterable[tuple[str, float, float | None]]) -> str:
-    """Return the remark on loads (N) of rolling bearings above their static rating (N), where it is known."""
+def static_load_remark(joints: Iterable[tuple[Joint, float]]) -> str:
+    """Return the remark on loads (N) of rolling bearings above their static rating, where it is known."""
+    ratings = ((joint, load, joint.rolling and joint.rolling.capacity.static) for joint, load in joints)
     remarks = [
-        f"{joint} carries {load:.4g} N, and its static rating is {rating:.4g} N"
-        for joint, load, rating in joints
+        f"{joint.name} carries {load:.4g} N, and its static rating is {rating:.4g} N"
+        for joint, load, rating in ratings
         if rating and load > rating
     ]
     hint = "; rings and elements keep dents from there on (ISO 76): choose a larger bearing, or reduce load or speed"
-    return OVERLOADED + "; ".join(remarks) + hint if remarks else ""
+    return _listed(OVERLOADED, remarks, hint)
 
 
 def skidding_remark(joints: Iterable[tuple[str, float, float]]) -> str:
@@ -241,73 +237,60 @@ def skidding_remark(joints: Iterable[tuple[str, float, float]]) -> str:
         f"{joint} carries less than {load:.4g} N {_percent_text(share)} of the time" for joint, load, share in joints
     ]
     hint = "; elements may skid there and smear the rings: choose a smaller bearing or a preload"
-    return SKIDDING + "; ".join(remarks) + hint if remarks else ""
+    return _listed(SKIDDING, remarks, hint)
 
 
-def wear_depth_remark(joints: Iterable[PenetrationAndWear]) -> str:
-    """Return the remark on wear deeper than the clearance."""
+def wear_depth_remark(joints: Iterable[tuple[Joint, float]]) -> str:
+    """Return the remark on wear (m, the deepest of the window) that is deeper than the clearance."""
     remarks = [
-        f"{joint.joint} is worn {_mm_text(joint.wear_depth)} deep at a clearance of {_mm_text(joint.clearance)}"
-        for joint in joints
-        if joint.wear_depth > joint.clearance
+        f"{joint.name} is worn {_mm_text(depth)} deep at a clearance of {_mm_text(joint.clearance)}"
+        for joint, depth in joints
+        if depth > joint.clearance
     ]
-    hint = "; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
-    return WORN_THROUGH + "; ".join(remarks) + hint if remarks else ""
+    return _listed(WORN_THROUGH, remarks, "; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)")
 
 
-class RubbingJoint(NamedTuple):
-    """Load and wear of a joint in a case."""
-
-    joint: str  # 'rod-slider'
-    wear_rate: float  # m/s, of the deepest wear
-    pv: float  # W/m^2, mean
-    bearing_radius: float  # m
-    is_lubricated: bool = False  # a film carries most of its load
-
-
-def wear_rate_remark(joints: Iterable[RubbingJoint]) -> str:
-    """Return the remark on wear that reaches the bearing radius within 1000 h."""
+def wear_rate_remark(joints: Iterable[tuple[Joint, float]]) -> str:
+    """Return the remark on wear (m/s, of the deepest place) that reaches the bearing radius within 1000 h."""
     remarks = [
-        f"{joint.joint} wears by {_mm_text(THOUSAND_HOURS * joint.wear_rate)} in 1000 h, and its bearing radius is "
-        f"{_mm_text(joint.bearing_radius)}"
-        for joint in joints
-        if THOUSAND_HOURS * joint.wear_rate > joint.bearing_radius
+        f"{joint.name} wears by {_mm_text(THOUSAND_HOURS * rate)} in 1000 h, and its bearing radius is "
+        f"{_mm_text(joint.bearing_radius or 0.0)}"
+        for joint, rate in joints
+        if THOUSAND_HOURS * rate > (joint.bearing_radius or 0.0)
     ]
     hint = (
         ". Wear coefficients of bronze on steel are 4e-16 to 4e-14 m^2/N greased and 1e-14 to 3e-13 dry, of dry mild "
         "steel up to 1.5e-11. Check the unit of the coefficient, or reduce load, speed or clearance"
     )
-    return WORN_AWAY + "; ".join(remarks) + hint if remarks else ""
+    return _listed(WORN_AWAY, remarks, hint)
 
 
-def pv_remark(joints: Iterable[RubbingJoint]) -> str:
-    """Return the remark on a mean pressure times speed beyond the limit of dry bushes."""
+def pv_remark(joints: Iterable[tuple[Joint, float]]) -> str:
+    """Return the remark on a mean pressure times speed (W/m^2) beyond the limit of dry bushes.
+
+    A film carries most of the load of its joint.
+    """
     remarks = [
-        f"{joint.joint} has a mean pV of {1e-6 * joint.pv:.3g} MPa m/s"
-        for joint in joints
-        if joint.pv > MAX_PV and not joint.is_lubricated
+        f"{joint.name} has a mean pV of {1e-6 * pv:.3g} MPa m/s"
+        for joint, pv in joints
+        if pv > MAX_PV and not joint.film
     ]
     hint = f". Dry bushes allow 1 to 3 MPa m/s, and {1e-6 * MAX_PV:.2g} for a short time, so this joint needs oil"
-    return PV_HIGH + "; ".join(remarks) + hint if remarks else ""
+    return _listed(PV_HIGH, remarks, hint)
 
 
-class ConformalJoint(NamedTuple):
-    """A joint whose worn surfaces fit each other too closely, and the last state in which they did not."""
+def conformal_remark(joint: Joint, wear_depth: float, revolutions: float) -> str:
+    """Return the remark on a joint that has worn to surfaces which fit each other.
 
-    joint: str  # 'rod-slider'
-    pressure: str  # name of its distribution
-    in_slot: bool  # no other distribution is available there
-    wear_depth: float  # m, the largest of both bodies
-    revolutions: float
-
-
-def conformal_remark(joint: ConformalJoint) -> str:
-    """Return the remark on a joint that has worn to surfaces which fit each other."""
-    advice = "use a smaller life.limit" if joint.in_slot else "set wear.pressure: winkler"
+    wear_depth : m, the largest of both bodies after so many revolutions, the last state in which they did not fit
+    """
+    assert joint.wear is not None  # only joints with wear
+    in_slot = joint.slot_length is not None  # no other distribution is available there
+    advice = "use a smaller life.limit" if in_slot else "set wear.pressure: winkler"
     return (
-        f"{CONFORMAL}{joint.joint} is worn {_mm_text(joint.wear_depth)} deep after {joint.revolutions:.6g} "
-        f"revolutions. Beyond, the worn surfaces fit each other closely. wear.pressure: {joint.pressure} takes the arc "
-        f"of contact from the curvatures at one point, which no longer determine it: {advice}"
+        f"{CONFORMAL}{joint.name} is worn {_mm_text(wear_depth)} deep after {revolutions:.6g} "
+        f"revolutions. Beyond, the worn surfaces fit each other closely. wear.pressure: {joint.wear.pressure} takes "
+        f"the arc of contact from the curvatures at one point, which no longer determine it: {advice}"
     )
 
 
@@ -353,10 +336,10 @@ def film_remarks(joints: Iterable[FilmState]) -> tuple[str, ...]:
     ]
     hint = "; add the section contact of the joint, or use more viscosity or less clearance"
     return (
-        FILM_LIMIT + "; ".join(share_beyond) if share_beyond else "",
-        FILM_BEYOND + "; ".join(beyond_limit) + hint if beyond_limit else "",
-        FILM_FLOW + "; ".join(turbulent) if turbulent else "",
-        FILM_GAIN + "; ".join(active) if active else "",
+        _listed(FILM_LIMIT, share_beyond),
+        _listed(FILM_BEYOND, beyond_limit, hint),
+        _listed(FILM_FLOW, turbulent),
+        _listed(FILM_GAIN, active),
     )
 
 
@@ -367,7 +350,7 @@ def film_temperature_remark(joints: Iterable[tuple[str, float, float, float]]) -
         + (f"uncertain by {error:.3g} K (95 %)" if math.isfinite(error) else "from too few revolutions for an interval")
         for joint, temperature, error, rise in joints
     ]
-    return f"{FILM_UNCERTAIN}{'; '.join(descriptions)}; more revolutions narrow it" if descriptions else ""
+    return _listed(FILM_UNCERTAIN, descriptions, "; more revolutions narrow it")
 
 
 def friction_heat_remark(joints: Iterable[tuple[str, float, float | None]]) -> str:
@@ -379,30 +362,24 @@ def friction_heat_remark(joints: Iterable[tuple[str, float, float | None]]) -> s
         for joint, power, conductance in joints
         if power > MAX_HEATING * (conductance or DEFAULT_CONDUCTANCE)
     ]
-    return FRICTION_HEAT + "; ".join(remarks) if remarks else ""
+    return _listed(FRICTION_HEAT, remarks)
 
 
-class FreeBearing(NamedTuple):
-    """A warm bearing without a housing."""
-
-    joint: str  # 'rod-slider'
-    bearing_radius: float  # m
-    temperature: float  # K
-    cold_clearance: float  # m, at 20 degC
-    clearance: float  # m, at the temperature
-
-
-def free_bush_remark(joints: Iterable[FreeBearing]) -> str:
+def free_bush_remark(joints: Iterable[Joint]) -> str:
     """Return the remark on bearings without a housing whose clearance heat changes by more than MIN_EXPANSION."""
-    remarks = [
-        f"{joint.joint} goes from {_mm_text(joint.cold_clearance)} of clearance to {_mm_text(joint.clearance)} at "
-        f"{joint.temperature:.4g} K because its bearing expands freely; a bush thinner than its radius of "
-        f"{_mm_text(joint.bearing_radius)} does not where a housing grips it, and may close: write thermal.housing: "
-        "{material, wall}"
-        for joint in joints
-        if abs(joint.clearance - joint.cold_clearance) > MIN_EXPANSION * joint.cold_clearance
-    ]
-    return FREE_BUSH + "; ".join(remarks) if remarks else ""
+    remarks = []
+    for joint in joints:
+        radius, temperature = joint.bearing_radius, joint.temperature
+        if joint.thermal and temperature and radius and not joint.thermal.housing:
+            cold_clearance = joint.clearance - joint.clearance_rate * (temperature - REFERENCE_TEMPERATURE)
+            if abs(joint.clearance - cold_clearance) > MIN_EXPANSION * cold_clearance:
+                remarks.append(
+                    f"{joint.name} goes from {_mm_text(cold_clearance)} of clearance to {_mm_text(joint.clearance)} at "
+                    f"{temperature:.4g} K because its bearing expands freely; a bush thinner than its radius of "
+                    f"{_mm_text(radius)} does not where a housing grips it, and may close: write thermal.housing: "
+                    "{material, wall}"
+                )
+    return _listed(FREE_BUSH, remarks)
 
 
 def coarse_link_remark(impacts: Iterable[tuple[str, str, int, int]], most: int) -> str:
@@ -417,7 +394,7 @@ def coarse_link_remark(impacts: Iterable[tuple[str, str, int, int]], most: int) 
         for link, joint, count, needed in impacts
         if count < needed and count < most
     ]
-    return COARSE_LINK + "; ".join(remarks) if remarks else ""
+    return _listed(COARSE_LINK, remarks)
 
 
 def ball_stiffness_remark(joints: Iterable[str]) -> str:
@@ -460,7 +437,7 @@ def law_range_remark(contacts: Iterable[tuple[str, str, float, float]]) -> str:
         for joint, law, limit, share in contacts
         if share > 0.0
     ]
-    return LAW_LIMIT + "; ".join(descriptions) if descriptions else ""
+    return _listed(LAW_LIMIT, descriptions)
 
 
 def onset_remark(joints: Iterable[tuple[str, float, bool]]) -> str:

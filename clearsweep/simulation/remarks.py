@@ -5,14 +5,14 @@ And warnings about values of a case before it runs.
 
 import functools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..answers import validity
-from ..contracts.case import DOUBTFUL_WEAR_NUMBER, REFERENCE_TEMPERATURE, Case, Joint, column_name
-from ..contracts.layout import FRICTION_POWER
+from ..contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint, column_name
+from ..contracts.layout import FRICTION_POWER, JointLayout
 from ..contracts.machine import Body, Elastic, Machine
 from ..mechanics.joints import registry
 from ..mechanics.joints.dry import Gap
@@ -69,33 +69,25 @@ def largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
-    beyond_limit, rubbing_powers, balls, sizes, wearing = [], [], [], [], []
-    overloaded, skidding, free = [], [], []
-    for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True):
-        name, radius = layout.name, joint.bearing_radius
-        if fraction := summary[f"{name}_law_limit_fraction"]:
-            beyond_limit.append((joint.name, joint.elastic_name, registry.penetration_limit(joint), fraction))
-        if layout.friction and not layout.film:
-            conductance = joint.thermal.conductance if joint.thermal else None
-            rubbing_powers.append((joint.name, summary[f"{name}_friction_power"], conductance))
-        if scene.mechanism.turns and registry.uses_ball_stiffness(joint):
-            balls.append(joint.name)
-        penetration = summary[f"{name}_penetration_max"] if joint.is_dry and not joint.flanked else 0.0
-        wear_depth = summary[f"{name}_wear_depth_max"] if layout.wear_bins else 0.0
-        if joint.rolling:
-            overloaded.append((joint.name, summary[f"{name}_force_peak"], joint.rolling.capacity.static))
-            share = summary.get(f"{name}_light_load_fraction") or 0.0
-            if share > MIN_SKIDDING_SHARE:
-                skidding.append((joint.name, joint.rolling.least_load, share))
-        else:
-            sizes.append(validity.PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
-        if layout.wear_bins and not layout.flanked:
-            rate, pv = summary[f"{name}_wear_rate_max"], summary[f"{name}_pv_mean"]
-            wearing.append(validity.RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
-        if joint.thermal and joint.temperature and not joint.thermal.housing and radius:
-            cold_clearance = joint.clearance - joint.clearance_rate * (joint.temperature - REFERENCE_TEMPERATURE)
-            free.append(validity.FreeBearing(joint.name, radius, joint.temperature, cold_clearance, joint.clearance))
-    rubbing_powers += _powers_without_clearance(scene, summary)
+    pairs = list(zip(scene.layout.joints, scene.case.joints, strict=True))
+
+    def figures(name: str, applies: Callable[[JointLayout, Joint], Any]) -> list[tuple[Joint, Any]]:
+        """Return the joints to which a figure applies, each with its value."""
+        return [(joint, summary[f"{layout.name}_{name}"]) for layout, joint in pairs if applies(layout, joint)]
+
+    beyond_limit = [
+        (joint.name, joint.elastic_name, registry.penetration_limit(joint), share)
+        for joint, share in figures("law_limit_fraction", lambda layout, joint: True)
+        if share
+    ]
+    rubbing = figures(FRICTION_POWER, lambda layout, joint: layout.friction and not layout.film)
+    rubbing_powers = [(joint.name, power, joint.thermal and joint.thermal.conductance) for joint, power in rubbing]
+    skidding = [
+        (joint.name, joint.rolling.least_load, share)
+        for joint, share in figures("light_load_fraction", lambda layout, joint: layout.is_rolling and layout.dynamic)
+        if joint.rolling and share and share > MIN_SKIDDING_SHARE
+    ]
+    worn = figures("wear_rate_max", lambda layout, joint: layout.wear_bins and not layout.flanked)
     has_film = any(joint.film for joint in scene.layout.joints)
     settings = scene.case.simulate
     return (
@@ -104,17 +96,21 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         _run_in(window),
         validity.swing_remark(summary.get("lyapunov_exponent"), sum(totals.onsets for totals in window.totals.joint)),
         *(validity.film_remarks(_film_states(scene, window, summary)) if has_film else ()),
-        validity.friction_heat_remark(rubbing_powers),
-        validity.free_bush_remark(free),
+        validity.friction_heat_remark([*rubbing_powers, *_powers_without_clearance(scene, summary)]),
+        validity.free_bush_remark(scene.case.joints),
         validity.coarse_link_remark(_impacts_on_links(scene, summary), MAX_SEGMENTS),
-        validity.ball_stiffness_remark(balls),
+        validity.ball_stiffness_remark(
+            joint.name for joint in scene.case.joints if scene.mechanism.turns and registry.uses_ball_stiffness(joint)
+        ),
         validity.feedback_remark(None if scene.case.outline.mounts else summary.get("frame_velocity_rms")),
-        validity.penetration_remark(sizes),
-        validity.static_load_remark(overloaded),
+        validity.penetration_remark(
+            figures("penetration_max", lambda layout, joint: joint.is_dry and not (joint.flanked or joint.rolling))
+        ),
+        validity.static_load_remark(figures("force_peak", lambda layout, joint: joint.rolling)),
         validity.skidding_remark(skidding),
-        validity.wear_depth_remark(sizes),
-        validity.wear_rate_remark(wearing),
-        validity.pv_remark(wearing),
+        validity.wear_depth_remark(figures("wear_depth_max", lambda layout, joint: layout.wear_bins)),
+        validity.wear_rate_remark(worn),
+        validity.pv_remark(figures("pv_mean", lambda layout, joint: layout.wear_bins and not layout.flanked)),
         validity.imbalance_remark(
             summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)
         ),

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ...answers.validity import LIFE_FAILED, LIFE_UNREACHED, ConformalJoint, conformal_remark
+from ...answers.validity import LIFE_FAILED, LIFE_UNREACHED, conformal_remark
 from ...contracts.case import Case
 from ...language import phases
 from ...language.wording import count_text
@@ -396,9 +396,7 @@ class LifeRun:
             return ""
         if worn := self.conformal_joint:
             joint, last_state = self.scene.case.joints[worn.joint_index], life.nodes[-1].state
-            assert joint.wear is not None  # only joints with wear
-            depth, in_slot = float(last_state[worn.all_bins].max()), joint.slot_length is not None
-            return conformal_remark(ConformalJoint(worn.name, joint.wear.pressure, in_slot, depth, life.revolutions))
+            return conformal_remark(joint, float(last_state[worn.all_bins].max()), life.revolutions)
         if life.revolutions == 0.0:
             return f"{LIFE_UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
         return (
