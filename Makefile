@@ -30,7 +30,10 @@ test-quick:
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
 PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain bearing_profile compatible dual elastic_laws event_search \
 	every_transition every_wear_law film friction_laws friction_memory karnopp laws one_block plain_scenes \
-	plastic_law reynolds_film roughness shares_of_contact spread_walls tally teeth wear wear_in_space worn))
+	plastic_law reynolds_film roughness shares_of_contact spread_walls tally teeth wear wear_in_space worn)) \
+	tests/test_planar.py::test_accelerations_are_those_of_absolute_coordinates_with_multipliers \
+	tests/test_planar.py::test_the_ideal_machine_is_the_one_without_open_joints \
+	tests/test_rolling.py::test_static_position_balances_the_load
 test-plain: $(TOOLS)
 	$(BIN)/python -m coverage erase
 	CLEARSWEEP_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest $(SPREAD) -m "plain or not (slow or compiled)" $(PLAIN)

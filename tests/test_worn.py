@@ -59,8 +59,6 @@ from clearsweep.mechanics.wear.shape import (
 )
 from clearsweep.verify.measured.contact import worn_in_grid
 
-pytestmark = pytest.mark.compiled  # as plain Python only what is marked plain
-
 C, BINS = 1e-3, 360  # m, 1: clearance of the reference joint
 WORN = Wear("archard", "mean", BINS, {"bearing_coefficient": 2e-14, "journal_coefficient": 2e-14}, evolve=True)
 BEDDED = WORN._replace(pressure="winkler")
