@@ -17,7 +17,7 @@ from ....contracts.catalogue import (
     Mechanism,
     Outline,
 )
-from ....contracts.machine import GROUND, Aim, Body, BodyPoint, Constant, Guide, Machine, Push
+from ....contracts.machine import GROUND, Aim, Body, BodyPoint, Constant, Guide, Initial, Machine, Push
 from ....tracing import portable
 from ....tracing.compiled.vector import Vector
 from ...joints.spatial import SpatialLoad, deepest_of, overlap_of
@@ -28,7 +28,7 @@ from ..planar.closure import MobilityError, extent
 from ..planar.form import as_empty_tuples, make_cycle
 from ..planar.ideal import ideal_of
 from . import dynamics  # noqa: F401 - registers the equations of motion
-from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, PointAim, RigidBody, Sleeve, Slide, Tree
+from .form import Ball, Driven, Hinge, Loose, Opening, Sleeve, Slide, Solid, Tree
 
 # ---------------------------------------------------------------------------------------------- the spanning tree
 
@@ -119,15 +119,6 @@ def joint_named(machine: Machine, name: str):
 ZERO_VECTOR = Vector(0.0, 0.0, 0.0)
 
 
-class Solid(NamedTuple):
-    """A body in space, in its own frame."""
-
-    mass: float  # kg
-    inertia: tuple[float, ...]  # kg m^2, principal, about the centre of mass
-    center: tuple[float, ...]  # m
-    points: Mapping[str, tuple[float, ...]]  # m
-
-
 class Assembly(NamedTuple):
     """A spatial machine: the planar machine, its bodies, the freedom of its ideal pins, and gravity."""
 
@@ -136,17 +127,6 @@ class Assembly(NamedTuple):
     ideal: Mapping[str, str]  # pin -> 'spherical', 'cylindrical'; default: revolute
     gravity: tuple[float, ...]  # m/s^2
     journals: Mapping[str, str] = {}  # joint -> the body that carries the journal
-
-
-class PlanarPosition(NamedTuple):
-    """Position of a body of the ideal machine at crank angle 0, from its planar motion."""
-
-    x: float  # m, centre of mass
-    y: float
-    angle: float  # rad
-    vx: float  # m/s
-    vy: float
-    spin: float  # rad/s
 
 
 def build(assembly: Assembly, joints: Mapping) -> Built:
@@ -161,7 +141,7 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
     speed, solids = machine.drive.speed, [assembly.solids[attachment.body] for attachment in attachments]
     value = Tree(
-        parts=tuple(RigidBody(each.mass, Vector(*each.inertia), Vector(*each.center)) for each in solids),
+        parts=tuple(Solid(each.mass, Vector(*each.inertia), Vector(*each.center), ()) for each in solids),
         attachments=tuple(_compile_attachment(assembly, attachment, numbers) for attachment in attachments),
         openings=tuple(_compile_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
         reported=reported,
@@ -230,24 +210,24 @@ def _compile_opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> 
 
 
 def _compile_aim(assembly: Assembly, numbers: Mapping) -> tuple:
-    aim = assembly.machine.aim
+    aim: Any = assembly.machine.aim
     if not aim.point:
-        return AngleAim(numbers[aim.body])
-    aim_direction = Vector(math.cos(aim.direction), math.sin(aim.direction), 0.0)
-    return PointAim(numbers[aim.body], _point(assembly, BodyPoint(aim.body, aim.point)), aim_direction)
+        return Aim(numbers[aim.body], (), ())
+    direction = Vector(math.cos(aim.direction), math.sin(aim.direction), 0.0)
+    return Aim(numbers[aim.body], _point(assembly, BodyPoint(aim.body, aim.point)), direction)
 
 
 # ---------------------------------------------------------------------------------------------- the start
 
 
-def _planar_positions(assembly: Assembly) -> dict[str, PlanarPosition]:
-    """Return the positions of the bodies."""
+def _planar_positions(assembly: Assembly) -> dict[str, Initial]:
+    """Return the positions and velocities of the bodies at crank angle 0, from their planar motion."""
     machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
     states, speed = ideal_machine.states_at(np.array([0.0])), machine.drive.speed
-    poses = {GROUND: PlanarPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
+    poses = {GROUND: Initial(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
     for name, i in ideal_machine.closure.index.items():
         q, derivative = (values[0, 3 * i : 3 * i + 3] for values in (states.q, states.derivative))
-        poses[name] = PlanarPosition(*map(float, q), *(float(speed * slope) for slope in derivative))
+        poses[name] = Initial(*map(float, q), *(float(speed * slope) for slope in derivative))
     return poses
 
 
@@ -265,11 +245,11 @@ def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping
         height = _height_of_loose_body(assembly, attachment.body, *opened)
         return [*coordinates, pose.x, pose.y, height], [*angular_rates, pose.vx, pose.vy, 0.0]
     parent_pose, shift = body_poses[attachment.near.body], [0.0] if form is Sleeve else []
-    return [*shift, pose.angle - parent_pose.angle], [*shift, pose.spin - parent_pose.spin]
+    return [*shift, pose.angle - parent_pose.angle], [*shift, pose.rate - parent_pose.rate]
 
 
-def _quaternion(pose: PlanarPosition) -> tuple[list, list]:
-    c, s, half_spin = math.cos(0.5 * pose.angle), math.sin(0.5 * pose.angle), 0.5 * pose.spin
+def _quaternion(pose: Initial) -> tuple[list, list]:
+    c, s, half_spin = math.cos(0.5 * pose.angle), math.sin(0.5 * pose.angle), 0.5 * pose.rate
     return [c, 0.0, 0.0, s], [-half_spin * s, 0.0, 0.0, half_spin * c]
 
 
@@ -281,7 +261,7 @@ def _sliding_coordinates(assembly: Assembly, attachment: Attachment, body_poses:
     (near_end, near_velocity), (far_end, far_velocity) = (
         _planar_point(assembly, endpoint, body_poses) for endpoint in (attachment.near, attachment.far)
     )
-    axis_rate = parent_pose.spin * np.array([-direction[1], direction[0]])
+    axis_rate = parent_pose.rate * np.array([-direction[1], direction[0]])
     return [float(portable.product(direction, far_end - near_end))], [
         float(
             portable.product(direction, far_velocity - near_velocity) + portable.product(axis_rate, far_end - near_end)
@@ -295,7 +275,7 @@ def _planar_point(assembly: Assembly, endpoint: BodyPoint, body_poses: Mapping) 
     x, y = np.subtract(solid.points[endpoint.point], solid.center)[:2]
     c, s = math.cos(pose.angle), math.sin(pose.angle)
     arm = np.array([c * x - s * y, s * x + c * y])
-    return np.array([pose.x, pose.y]) + arm, np.array([pose.vx, pose.vy]) + pose.spin * np.array([-arm[1], arm[0]])
+    return np.array([pose.x, pose.y]) + arm, np.array([pose.vx, pose.vy]) + pose.rate * np.array([-arm[1], arm[0]])
 
 
 def _height_of_loose_body(

@@ -218,7 +218,7 @@ class Dynamics(PosedBodies):
     def output(self, accelerations: dict[int, Expr]) -> Expr:
         """Return the acceleration of the output."""
         tree, body = self.tree, self.tree.aimed
-        if tree.aim is form.AngleAim:
+        if not tree.has_point_aim:
             return sum_of(accelerations[u] for u in self.angular[body] if u != self.known)
         arm, direction = self.arm(body, self.mechanism.aim.point), SpatialVector(self.mechanism.aim.direction)
         bias = self._point_bias(body, arm)

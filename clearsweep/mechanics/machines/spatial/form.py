@@ -4,7 +4,8 @@ Bodies are numbered after their parents, by the number of empty tuples in a tupl
 points are in the frame of their body, which is the planar machine's, z along the pins.
 """
 
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from ....tracing.compiled import calculus as math
 from ....tracing.compiled.family import inlined
@@ -13,12 +14,13 @@ from ....tracing.compiled.vector import Frame, Vector
 # ---------------------------------------------------------------------------------------------- the compiled form
 
 
-class RigidBody(NamedTuple):
-    """A body that moves."""
+class Solid(NamedTuple):
+    """A body in space, in its own frame; compiled, it has Vectors in place of tuples, and no points."""
 
     mass: float  # kg
-    inertia: Vector  # kg m^2, principal, about the centre of mass, on the axes of its frame
-    center: Vector  # m, centre of mass
+    inertia: tuple[float, ...]  # kg m^2, principal, about the centre of mass, on the axes of its frame
+    center: tuple[float, ...]  # m, centre of mass
+    points: Mapping[str, tuple[float, ...]]  # m
 
 
 class Driven(NamedTuple):
@@ -76,28 +78,14 @@ class Opening(NamedTuple):
     across: Vector  # unit vector of its own x axis
 
 
-class PointAim(NamedTuple):
-    """The output is the position of a point along a direction of the fixed frame."""
-
-    body: tuple
-    point: Vector  # m
-    direction: Vector  # unit vector
-
-
-class AngleAim(NamedTuple):
-    """The output is the angle of a body that rotates only about z."""
-
-    body: tuple
-
-
 class Tree(NamedTuple):
     """The compiled form of a machine in space."""
 
-    parts: tuple  # of Part
+    parts: tuple  # of Solid
     attachments: tuple  # the attachment of each body
     openings: tuple  # of Opening, in the order of the joints with clearance
     reported: tuple  # numbers of the bodies in the order of the channels
-    aim: tuple  # PointAim or AngleAim
+    aim: tuple  # Aim, with a point and a unit vector, or () for both where the angle about z is the output
     speed: float  # rad/s, of the crank
     gravity: Vector  # m/s^2
     cycle: tuple  # planar.cycle.Cycle of the output of the machine without clearance
@@ -135,7 +123,8 @@ class MachineType:
         self.coordinates, self.speeds = coordinate, speed
         self.openings = [(len(opening.bearing), len(opening.journal)) for opening in tree.openings]
         self.reported = [len(number) for number in tree.reported]
-        self.aim, self.aimed = type(tree.aim), len(tree.aim.body)
+        aim: Any = tree.aim  # mypy takes it for a tuple of anything
+        self.has_point_aim, self.aimed = isinstance(aim.point, Vector), len(aim.body)
         self.crank = 1 + next(i for i, part in enumerate(self.parts) if part.form is Driven)
 
     def part(self, body: int) -> BodyNode:

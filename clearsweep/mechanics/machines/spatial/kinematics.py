@@ -353,7 +353,7 @@ def _quaternion(bodies: PosedBodies, body: int) -> Expr:
 def _output_motion(bodies: PosedBodies) -> tuple[Expr, Expr]:
     """Return the output's position and its rate."""
     tree, body, mechanism, pose = bodies.tree, bodies.tree.aimed, bodies.mechanism, bodies.pose
-    if tree.aim is form.AngleAim:
+    if not tree.has_point_aim:
         angles, rates = [], []
         while body:
             part = tree.part(body)
