@@ -339,6 +339,14 @@ def test_figures_of_a_bearing_follow_from_its_histories():
     assert distance.max() <= summary["crank_rod_eccentricity_max"] <= 1.002 * distance.max()
 
 
+def test_the_power_of_impacts_is_the_energy_that_the_elements_lose():
+    """The fatigue loads of the rings, which are summed beside it, are no power."""
+    grid = slider_crank({"crank-rod": BALL}, revolutions=3, tolerance=1e-8) | {"vibration": {}}
+    power = clearsweep.simulate(load_case(grid)).summary["impact_power"]
+    run, _ = integrated(grid)
+    assert power * 3 * 0.04 == pytest.approx(run.totals.mechanism.energy_lost, rel=1e-6)
+
+
 def test_elastic_loads_follow_from_position_and_cage():
     scene = load_case(slider_crank({"crank-rod": BALL | {"contact": UNDAMPED}}))
     trajectory = clearsweep.simulate(scene)

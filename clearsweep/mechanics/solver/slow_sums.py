@@ -8,7 +8,7 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import invoke, invoke_each, kernel
 from .. import observe
-from ..laws.contract import acts, touches
+from ..laws.contract import REPORTING, acts, touches
 from .collocation import WEIGHTS, dense_component, dense_state
 from .integration import IMPLICIT, evaluate_dense
 from .radau import STAGE_WEIGHTS
@@ -494,7 +494,8 @@ def record_signals(pointer, h):
         values[DRIVE_TORQUE, row], values[DRIVE_POWER, row] = o[observe.TORQUE, row], o[observe.DRIVE, row]
         dissipated = 0.0
         for j in range(work.mode.size):
-            dissipated += o[observe.column_of(j, observe.LOST), row]
+            if work.mode[j] != REPORTING:
+                dissipated += o[observe.column_of(j, observe.LOST), row]
         values[DISSIPATED, row] = dissipated
     for column in range(values.shape[0] - SIGNALS):
         for row in range(observe.NODES.size):
