@@ -523,7 +523,7 @@ def _compile_direction(angle: float) -> tuple:
 
 
 def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
-    """Return the displacement (m) of bodies for a unit of a coordinate."""
+    """Return the displacement (m) of bodies for a unit of a coordinate; a point is as large as the machine."""
     if coordinate.kind != ANGLE:  # a link deflects by a unit where the shape of a mode is largest
         return 1.0
     body = _moving_names(machine)[coordinate.owner - 1]
@@ -534,4 +534,4 @@ def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
         for end, arm in ((mesh.proximal, mesh.arm), (mesh.distal, mesh.arm * mesh.ratio))
         if end.body == body
     ]
-    return max([extent(machine.bodies[body]), *arms]) or 1.0
+    return max([extent(machine.bodies[body]), *arms]) or ideal_of(machine).closure.size
