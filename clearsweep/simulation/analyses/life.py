@@ -92,7 +92,7 @@ class RateObserver(WindowLength):
         super().__init__(
             scene, marks, rates, (wear_rate_column(case.life.column), case.life.tolerance), longest_run(case)
         )
-        self.phase, self.next_look = 0, float(MIN_REVOLUTIONS)
+        self.next_look = float(MIN_REVOLUTIONS)
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
         self.relative_angles: list[list[float]] = []
 
@@ -106,12 +106,11 @@ class RateObserver(WindowLength):
                     for side, (bearing_angle, journal_angle) in zip(self.sides, angles, strict=True)
                 ]
             )
-        phase, self.phase = self.phase, (self.phase + 1) % PHASES
-        if phase:
-            return Decision.CONTINUE
+            if len(self.relative_angles) == PHASES:
+                self.per_revolution = 1
+            if len(self.relative_angles) > 1:
+                return Decision.CONTINUE
         decision = super().observe(work)
-        if decision == Decision.BEGIN_WINDOW:
-            self.phase = 0
         if self.turns > self.next_look:
             self.next_look *= LOOK_RATIO
         elif decision == Decision.END and not self.blocks.period:

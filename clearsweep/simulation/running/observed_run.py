@@ -131,7 +131,7 @@ class Pausing(Protocol):
 class Observer(Protocol):
     """An observer of a run."""
 
-    per_revolution: int  # observations per revolution
+    per_revolution: int  # observations per revolution, later perhaps fewer
 
     def observe(self, work: Work) -> Decision:
         """Observe the run; return a decision, at any but the end of a revolution CONTINUE."""
@@ -167,6 +167,10 @@ def run_observed(
     work, logs, per_revolution = run.work, [], max(observer.per_revolution for observer in observers)
     observation = 0
     while True:
+        due = [each for each in observers if observation % (per_revolution // each.per_revolution) == 0]
+        if not due:
+            observation += 1
+            continue
         turns = observation / per_revolution
         pause = value_after(discard + turns - PAUSE_LEAD if turns else discard)
         if pause >= control.end:
@@ -177,11 +181,7 @@ def run_observed(
             return status, np.concatenate(logs)
         revolutions = discard + observation // per_revolution
         end = value_after(revolutions)
-        decision = max(
-            observer.observe(work)
-            for observer in observers
-            if observation % (per_revolution // observer.per_revolution) == 0
-        )
+        decision = max(observer.observe(work) for observer in due)
         observation += 1
         if work.y[work.independent] >= end:
             continue
