@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from answer_grids import MadeUp
 from click.testing import CliRunner
-from judged_cases import CLEARANCE, FORCE, IMPACTS, SPEED, UNITS, answer_of, record_of, table_of
+from judged_cases import CLEARANCE, FORCE, IMPACTS, OTHER, RPM, SPEED, UNITS, answer_of, record_of, table_of
 from right_grids import text_of
 
 import clearsweep
@@ -42,7 +42,7 @@ GOLDEN = {
         "it rises from 0.500 to 1.00 as crank speed grows from 500 to 2000 rpm.",
     ),
     "the hardest speed failed": (
-        "No design is known to meet the limits at every crank speed: force peak at most 500 N; all 2 are undecided.",
+        "No design is known to meet the limits at every crank speed: force peak at most 500 N; both are undecided.",
         "Undecided: both designs failed at crank speed 2000 rpm (time-limit).",
         "Force peak rises from 30.0 to 90.0 N as clearance grows from 0.02 to 0.2 mm.",
     ),
@@ -109,6 +109,47 @@ def test_the_golden_page():
     table = table_of({"simulate.tolerance": 0, FORCE: 1}, [(1e-2, 149.94), (1e-4, 203.0), (1e-9, 203.08)])
     said["the finest tolerance"] = worded(answer_of(record, table), record, table)
     assert said == GOLDEN
+
+
+def test_more_than_two_limits_are_counted():
+    record = record_of({FORCE: 100.0, IMPACTS: 5.0, OTHER: 1.0})
+    rows = [(2e-5, 500, 30.0, 0.0, 0.5), (2e-4, 500, 110.0, 0.0, 0.5)]
+    table = table_of({CLEARANCE: 0, SPEED: 1, FORCE: 2, IMPACTS: 3, OTHER: 4}, rows)
+    assert worded(answer_of(record, table), record, table)[0] == "1 of 2 designs meets all 3 limits."
+
+
+def test_a_sample_holds_in_every_draw():
+    record = record_of({FORCE: 100.0}, {CLEARANCE: "choice", SPEED: "uncertainty"}, sample={"drawn": {SPEED: {}}})
+    table = table_of({CLEARANCE: 0, SPEED: 1, FORCE: 2}, [(2e-5, 500, 30.0), (2e-5, 600, 40.0)])
+    assert worded(answer_of(record, table), record, table)[0] == (
+        "The machine meets the limits in every draw: force peak at most 100 N."
+    )
+
+
+def test_a_search_of_three_answers_says_what_matters_most():
+    """Its cases were run for this line."""
+    effect = {
+        "path": "mechanism.crank.length",
+        "value": 0.05,
+        "margin": -1.0,
+        "unit": "m",
+        "lower": -0.5,
+        "upper": None,
+    }
+    nearest = {"needed": {FORCE: "at most 1 kN"}, "effects": [effect]}
+    record = record_of({FORCE: 500.0}, {}, UNITS, seek={"largest": CLEARANCE, "for": "each"}, nearest=nearest)
+    of_search = {"case": "0", "tried": 5, "failed": 1, "margin": -1.0, "limit": FORCE, "values": {CLEARANCE: 1e-5}}
+    answer = {"question": "seek", "complete": True, "roles": {SPEED: "condition"}, "cases": None}
+    answer["nearest"] = [of_search | {"excess": None}]
+    answer["search"] = [
+        {SPEED: speed * RPM, f"seek.{CLEARANCE}": None, "seek_low": None, "limiting": FORCE} for speed in (1, 2, 3)
+    ]
+    said = worded(answer, record, {FORCE: [1000.0]})
+    assert said[4:] == (
+        "None of 5 values tried meets the limits and 1 failed; nearest: 2.0 times the limit of force peak at "
+        "clearance 0.01 mm.",
+        "Of the other keys crank length matters most: 10 % less gives 1.5 times the limit, 10 % more a failed case.",
+    )
 
 
 def test_equal_values_of_several_joints_are_said_once():
@@ -225,8 +266,8 @@ def test_a_search_without_answer_says_what_would_help():
     answer["search"] = [{SPEED: 100.0, f"seek.{CLEARANCE}": None, "seek_low": None, "limiting": FORCE}]
     assert worded(answer, record, {FORCE: [1000.0]}) == (
         "The largest clearance within the limits at every crank speed: none in the range.",
-        "The limits that would be met: force peak at most 1 kN.",
         "Of the other keys crank length matters most: 10 % less gives 1.5 times the limit, 10 % more a failed case.",
+        "The limits that would be met: force peak at most 1 kN.",
     )
 
 

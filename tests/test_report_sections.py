@@ -3,6 +3,8 @@
 import csv
 import re
 import typing
+from types import SimpleNamespace
+from unittest import mock
 
 import numpy as np
 import pandas as pd
@@ -10,7 +12,7 @@ import pytest
 from fake_runs import CRANK, ROD, RPM, Run
 from markupsafe import Markup
 from test_report import Page
-from test_seek import MASS, Arc, off_border, quiet, refining_grid, searching
+from test_seek import MASS, Arc, distance, off_border, quiet, refining_grid, searching
 
 import clearsweep
 from clearsweep import report, simulation
@@ -41,6 +43,7 @@ from clearsweep.report.blocks.table import Column, Quantity, Table
 from clearsweep.report.documents import page as single
 from clearsweep.report.documents.page import with_code
 from clearsweep.report.draw import BLUE
+from clearsweep.report.effects import main_effects_of
 from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.sections import answer as verdict_section
 from clearsweep.report.sections.answer import (
@@ -643,6 +646,33 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     assert len(own) == 20
     mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
     assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)
+
+
+def test_main_effects_leave_out_the_cases_between_the_values(tmp_path):
+    quiet(refining_grid(), tmp_path / "run", simulator=Arc)
+    prepared = prepare(clearsweep.open(tmp_path / "run"))
+    grid_mass, grid_speed = np.meshgrid(*(axis.values for axis in sorted(prepared.axes, key=lambda axis: axis.path)))
+    on_grid = distance(*((grid_mass, grid_speed) if grid_mass.max() < 1.0 else (grid_speed, grid_mass)))
+    expected = [np.median(on_grid, axis=axis) for axis in (0, 1)]
+    effects = [effect.medians for effect in main_effects_of(prepared, "rod_slider_force_peak")]
+    assert sorted(map(tuple, effects)) == [pytest.approx(row) for row in sorted(map(tuple, expected))]
+
+
+def test_the_card_of_a_sample_counts_draws_and_names_the_design():
+    share = {"exceeded": 0.75, "undecided": 0.25, "draws": 4}
+    answer = {"designs": [{"values": {MASS: 0.1}, "share": share, "conditions": 8}], "designs_total": 1}
+    study = SimpleNamespace(run=None)
+    words = SimpleNamespace(design=lambda design: "slider mass 0.1 kg")
+    with (
+        mock.patch.object(verdict_section, "words_of", return_value=words),
+        mock.patch.object(verdict_section, "every_text", return_value=""),
+    ):
+        ((title, value, note),) = verdict_section._verdict_cards(study, answer)
+    assert (title, value.replace("\u00a0", " "), note.replace("\u00a0", " ")) == (
+        "Exceeds a limit",
+        "75 %",
+        "of 4 draws; 25 % undecided; slider mass 0.1 kg",
+    )
 
 
 def test_words_between_backquotes_are_code_and_everything_else_is_escaped():

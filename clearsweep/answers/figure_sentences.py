@@ -243,19 +243,18 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[str]:
             yield f"From there to {border} it is not known to be safe."
     else:
         yield f"{lead}:"
-        shown = 4 if len(items) == 4 else 3  # one more sentence or one more answer: at least two are left out
+        most = 3 if answer.get("nearest") else 4  # two lines or more follow
+        shown = len(items) if len(items) <= most else most - 1
         for item in items[:shown]:
             yield f"{item}."
         if len(items) > shown:
             yield f"{len(items) - shown} more are in seek.parquet."
     for nearest in answer.get("nearest", ())[:1]:
         where = words.setting(nearest["values"], nearest["case"])
-        tried, failed, margin = nearest["tried"], nearest["failed"], words.margin(nearest)
-        yield f"Of {tried} values tried, {failed} failed; nearest: {margin} at {where}."
+        tried, failed, margin = wording.count_text(nearest["tried"], "value"), nearest["failed"], words.margin(nearest)
+        failures = f" and {failed} failed" if failed else ""
+        yield f"None of {tried} tried meets the limits{failures}; nearest: {margin} at {where}."
     help_ = words.record.get("nearest") or {}
-    if needed := help_.get("needed"):
-        limits = [f"{words.figure(column)} {bound}" for column, bound in needed.items()]
-        yield f"The limits that would be met: {wording.sentence_list(limits)}."
     for effect in help_.get("effects", ())[:1]:
         less, now, more = (
             "a failed case" if effect[side] is None else margin_text(effect[side], words.limits)
@@ -264,6 +263,9 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[str]:
         if len({less, now, more}) > 1:
             key = words.axis_name(effect["path"])
             yield f"Of the other keys {key} matters most: 10 % less gives {less}, 10 % more {more}."
+    if needed := help_.get("needed"):
+        limits = [f"{words.figure(column)} {bound}" for column, bound in needed.items()]
+        yield f"The limits that would be met: {wording.sentence_list(limits)}."
 
 
 def _sought(words: Words, row: Mapping[str, Any], path: str) -> tuple[str, str, str]:

@@ -108,8 +108,9 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
             name for names in objectives_of_sense.values() for name in ([names] if isinstance(names, str) else names)
         ]
         names = (*objectives, *((MARGIN_COLUMN,) if limited_columns else ()))
+        headings = tuple(column_label(layout, name) for name in names)
         return CaseRanking(
-            "optimise", "Best cases", names, bool(objectives_of_sense["minimise"]), (Candidate("", names),)
+            "optimise", "Best cases", headings, bool(objectives_of_sense["minimise"]), (Candidate("", names),)
         )
     if search == "identify":
         return CaseRanking("identify", "", (), _LARGEST_IS_WORST, ())

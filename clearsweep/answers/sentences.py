@@ -60,10 +60,11 @@ def verdict(answer: Answer, words: Words) -> Iterator[str]:
         return
     verdicts = answer["verdicts"] if designs else {"meets": counts["met"], "undecided": counts["undecided"]}
     met, open_count = verdicts["meets"], verdicts["undecided"]
-    limits, limits_everywhere = words.limits_text(), f"the limits{every_text(answer, words)}: {words.limits_text()}"
+    noun, limits = words.limits_text()
+    limits_everywhere, all_of = f"{noun}{every_text(answer, words)}{limits}", "both" if total == 2 else f"all {total}"
     undecided, verb = f"; {open_count} undecided" if open_count else "", "meets" if met == 1 else "meet"
     if not designs:
-        yield f"{met} of {judged} cases {verb} the limits: {limits}{undecided}."
+        yield f"{met} of {judged} cases {verb} {noun}{limits}{undecided}."
     elif total == 1:
         (design,) = designs
         subject = "the machine" if design["conditions"] > 1 else "the case"
@@ -71,12 +72,12 @@ def verdict(answer: Answer, words: Words) -> Iterator[str]:
         yield {
             "meets": f"{subject} meets {limits_everywhere}.",
             "exceeds": f"{subject} does not meet {limits_everywhere}{exceeding}.",
-            "undecided": f"Whether {subject} meets the limits{every_text(answer, words)} is undecided: {limits}.",
+            "undecided": f"Whether {subject} meets {noun}{every_text(answer, words)} is undecided{limits}.",
         }[design["verdict"]]
     elif met == total:
-        yield f"All {total} designs meet {limits_everywhere}."
+        yield f"{capitalise(all_of)} designs meet {limits_everywhere}."
     elif open_count == total:
-        yield f"No design is known to meet {limits_everywhere}; all {total} are undecided."
+        yield f"No design is known to meet {limits_everywhere}; {all_of} are undecided."
     elif not met:
         yield f"None of {total} designs meets {limits_everywhere}{undecided}."
     else:
@@ -93,10 +94,10 @@ def share(answer: Answer, words: Words) -> Iterator[str]:
         yield f"Draws that meet the limits: {listed(items, MAX_LENGTH - 30)}."
         return
     for design in designs:
-        part, interval, limits = design["share"], "", words.limits_text()
+        part, interval, limits = design["share"], "", words.limits_text()[1]
         where = f"{words.design(design)}: " if design["values"] else ""
         if part["undecided"] == 1.0:
-            yield f"{where}none of {part['draws']} draws is known to meet or exceed the limits: {limits}."
+            yield f"{where}none of {part['draws']} draws is known to meet or exceed the limits{limits}."
             continue
         undecided = f"; {share_text(part['undecided'])} are undecided" if part["undecided"] else ""
         if part["low"] is not None:
@@ -105,7 +106,7 @@ def share(answer: Answer, words: Words) -> Iterator[str]:
             of_what = "meeting them" if part["undecided"] else "exceeding one"
             interval = f" ({low} to {high}{PERCENT} {of_what}, 95{PERCENT} interval)"
         exceeded = f"{share_text(part['exceeded'])} of {part['draws']} draws exceed a limit"
-        yield f"{where}{exceeded}{interval}{undecided}: {limits}."
+        yield f"{where}{exceeded}{interval}{undecided}{limits}."
 
 
 def boundary(answer: Answer, words: Words) -> Iterator[str]:

@@ -170,7 +170,7 @@ _REMARK_TEXTS = {
     UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "The temperature of a film or a warm joint is unknown",
     FRICTION_HEAT: f"Friction heats a dry joint by more than {MAX_HEATING:g} K, "
     f"at {DEFAULT_CONDUCTANCE:g} W/K or the value in thermal",
-    FREE_BUSH: "A warm bearing expands freely, as no bush in a housing does",
+    FREE_BUSH: "A warm bearing expands freely, unlike a bush in a housing,",
     COARSE_LINK: "An elastic link has too few segments for its impacts",
     BALL_STIFFNESS: "The stiffness from the material is that of a ball in a socket",
     FEEDBACK: "The frame moves as one mass on its mount",

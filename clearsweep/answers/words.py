@@ -87,10 +87,12 @@ class Words:
         """Return a limit in words: 'force peak at most 60 kN'."""
         return limit_label(self.layout, limit, self.units.get(limit.column, "1"))
 
-    def limits_text(self) -> str:
-        """Return the limits in words, or their number if there are more than two."""
+    def limits_text(self) -> tuple[str, str]:
+        """Return 'the limits' and ': force peak at most 60 kN', or 'all 3 limits' and '' if there are more than two."""
         texts = [self.limit(limit) for limit in self.limits]
-        return wording.sentence_list(texts) if len(texts) <= 2 else f"{len(texts)} limits"
+        return (
+            ("the limits", f": {wording.sentence_list(texts)}") if len(texts) <= 2 else (f"all {len(texts)} limits", "")
+        )
 
     def margin(self, entry: Mapping[str, Any]) -> str:
         """Return a margin or an excess of a design in words: 'margin 12 %', '1.4 times the limit of force peak'."""
@@ -114,16 +116,18 @@ def listed(items: Sequence[str], max_length: int, more: str = "{} more") -> str:
 
 
 def every_text(answer: Answer, words: Words) -> str:
-    """Return ' at every crank speed and under every contact law', or ''."""
+    """Return ' at every crank speed, in every draw and under every contact law', or ''."""
     paths = {
         role: [path for path, of_path in answer["roles"].items() if of_path == role]
         for role in ("condition", "uncertainty", "model")
     }
-    conditions = words.axes([*paths["condition"], *paths["uncertainty"]])
+    drawn = (words.record.get("sample") or {}).get("drawn", {}).keys() & {*paths["uncertainty"]}
+    conditions = words.axes([*paths["condition"], *(path for path in paths["uncertainty"] if path not in drawn)])
     models = words.axes(paths["model"])
-    parts = [f" at every {wording.sentence_list(conditions)}"] if conditions else []
-    parts += [f" under every {wording.sentence_list(models)}"] if models else []
-    return " and".join(parts)
+    parts = [f"at every {wording.sentence_list(conditions)}"] if conditions else []
+    parts += ["in every draw"] if drawn else []
+    parts += [f"under every {wording.sentence_list(models)}"] if models else []
+    return f" {wording.sentence_list(parts)}" if parts else ""
 
 
 def in_brackets(text: str) -> str:

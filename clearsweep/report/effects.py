@@ -51,7 +51,7 @@ def main_effects_of(study: Study, column: str) -> list[MainEffect]:
 
 
 def _main_effects(study: Study, column: str) -> list[MainEffect]:
-    levels, values = study.levels(), comparable_values(study, column)
+    levels, values = study.levels(), np.where(_is_between(study), np.nan, comparable_values(study, column))
     codes = {axis.path: study.indices_on(axis) for axis in study.swept()}
     shares = variance_shares(values, [codes[axis.path] for axis in levels])
     effects = []
@@ -66,6 +66,14 @@ def _main_effects(study: Study, column: str) -> list[MainEffect]:
         verdict = verdict_on(of_axis, matched)
         effects.append(MainEffect(axis, column, medians, low, high, share, verdict))
     return sorted(effects, key=lambda effect: (-np.nan_to_num(effect.share), -float(np.nanmax(effect.medians))))
+
+
+def _is_between(study: Study) -> np.ndarray:
+    """Return a mask of the finished cases between the values of an axis, which `refine` added."""
+    is_between = np.zeros(len(study.cases), bool)
+    for axis in (axis for axis in study.swept() if axis.is_numeric):
+        is_between |= (study.indices_on(axis) < 0) & np.isfinite(study.cases[axis.path].astype(float))
+    return is_between
 
 
 # Matched cases, which differ in one law only.

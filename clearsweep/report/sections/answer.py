@@ -87,7 +87,9 @@ def _verdict_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
         return []
     best, every = designs[0], every_text(answer, words).strip()
     if share := best.get("share"):
-        return [("Exceeds a limit", share_text(share["exceeded"]), f"of {best['conditions']} draws")]
+        undecided = f"{share_text(share['undecided'])} undecided" if share["undecided"] else ""
+        notes = f"of {share['draws']} draws", undecided, words.design(best) if best["values"] else ""
+        return [("Exceeds a limit", share_text(share["exceeded"]), "; ".join(filter(None, notes)))]
     if answer["designs_total"] == 1:
         cards = [("Verdict", f"{best['verdict']} the limits".replace("undecided the limits", "undecided"), every)]
     else:

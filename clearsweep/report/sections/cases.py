@@ -261,9 +261,9 @@ def case_sections(study: Study) -> list[Section]:
         return []
     worst = worst_case(study)
     worst_ids = [worst[0]] if worst else []
-    title = case_ranking_of(study).title
-    worst_label = f"Worst case: {title[:1].lower()}{title[1:]}" if title else "Worst case"
-    label = worst_label if len(study.cases) > 1 else "The case"
+    title, is_best = case_ranking_of(study).title, case_ranking_of(study).question == "optimise"
+    label = f"Worst case: {title[:1].lower()}{title[1:]}" if title else "Worst case"
+    label = "Best case" if is_best else label if len(study.cases) > 1 else "The case"
     shown_id = next(iter([*worst_ids, *_representative_case_ids(study)]), None)
     blocks: list[Block] = []
     if shown_id is not None:
@@ -275,7 +275,8 @@ def case_sections(study: Study) -> list[Section]:
         blocks += [
             detail._replace(figures=[pair for pair in detail.figures if pair[0].endswith(FIRST)]) for detail in shown
         ]
-    return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", blocks)]
+    heading = f"The {'best' if is_best else 'worst'} case" if len(study.cases) > 1 else "The motion"
+    return [Section("cases", heading, blocks)]
 
 
 def other_cases_sections(study: Study) -> list[Section]:

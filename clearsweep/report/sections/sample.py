@@ -88,7 +88,7 @@ def leading_sample_sections(study: Study) -> list[Section]:
             _scatter_plots(study, _sample_with_largest(samples, figure), figure)[:1] if figure.limits else []
         )
     gallery = Gallery(SCATTER_NOTE, scatter_plots[:MAX_SCATTER_PLOTS], small=True)
-    return section("sample-drivers", "What drives it", gallery)
+    return section("sample-drivers", "What drives the spread", gallery)
 
 
 def _spread_sentences(study: Study, samples: list[Sample]) -> list[str]:
