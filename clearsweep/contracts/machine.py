@@ -6,7 +6,7 @@ its equations of motion from them.
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -63,6 +63,11 @@ class BodyPoint(NamedTuple):
 
     body: str
     point: str
+
+
+def ends_of(record: Any) -> dict[str, BodyPoint]:
+    """Return the points of bodies that a joint or a load connects or acts on, by field."""
+    return {field: part for field, part in record._asdict().items() if isinstance(part, BodyPoint)}
 
 
 class Pin(NamedTuple):

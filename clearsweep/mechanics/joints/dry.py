@@ -148,6 +148,12 @@ def separate_contact(depth, rate, speed):
 
 
 @inlined
+def reported_contact(normal, depth, zero):
+    """Return a Contact that only reports."""
+    return contract.Contact(normal=normal, tangential=zero, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
+
+
+@inlined
 def no_load(contact):
     """Return the Load of a separate joint with this Contact."""
     zero = as_type_of(0.0, contact.depth)

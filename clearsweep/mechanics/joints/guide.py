@@ -20,7 +20,7 @@ from ..laws.contract import ACTS, FREE, PRESSED, is_sticking
 from ..laws.friction import static_limit
 from ..wear.bins import never_wears
 from . import contract
-from .dry import SurfaceMotion, dry_parts, load_along_axis, pressed_contact_at, separate_contact
+from .dry import SurfaceMotion, dry_parts, load_along_axis, pressed_contact_at, reported_contact, separate_contact
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
 
@@ -95,16 +95,8 @@ def with_resultant(a, b, c, d):
     transverse = a.normal + b.normal - c.normal - d.normal  # N, on the wall on the left
     axial = a.tangential + b.tangential - c.tangential - d.tangential
     zero = as_type_of(0.0, transverse)
-    resultant = contract.Contact(
-        normal=where(transverse < 0.0, -transverse, transverse),
-        tangential=where(transverse < 0.0, -axial, axial),
-        slip=zero,
-        rate=zero,
-        depth=zero,
-        elastic=zero,
-        raw=zero,
-    )
-    return a, b, c, d, resultant
+    resultant = reported_contact(where(transverse < 0.0, -transverse, transverse), zero, zero)
+    return a, b, c, d, resultant._replace(tangential=where(transverse < 0.0, -axial, axial))
 
 
 @contract.load_histories.member(Guide)

@@ -46,23 +46,20 @@ Lubricated = NamedTuple(
 Lubricated.__doc__ = "A film combined with a dry joint, whose fields come first."
 
 
-class FilmContact(NamedTuple):
-    """Observables of a contact with a film; the first fields are those of a Contact."""
-
-    normal: float  # N, film and dry, towards the centre; may be negative
-    tangential: float  # N, film and dry, on the journal
-    slip: float  # m/s, as in a dry joint
-    rate: float  # m/s, of the eccentricity
-    depth: float  # m, eccentricity less clearance
-    elastic: float  # N, the elastic part of the dry force
-    raw: float  # N, dry force before clipping, minus the least force of its law
-    lost_power: float  # W, dissipated by the film and the dry normal force
-    dry_friction_power: float  # W, dissipated by dry friction
-    film_power: float  # W, dissipated by the film
-    pressure_power: float  # W, by its pressure only, without shear
-    dry: float  # N, the dry part of the normal force
-    pressure_inputs: tuple  # (law, FilmMotion), which determine the pressure
-    speed: float  # m/s, of the journal's surface over the bearing's from spins only
+FilmContact = NamedTuple(
+    "FilmContact",
+    [
+        *contract.CONTACT_FIELDS,  # of film and dry joint together; elastic and raw: of the dry joint
+        ("lost_power", float),  # W, dissipated by the film and the dry normal force
+        ("dry_friction_power", float),  # W, dissipated by dry friction
+        ("film_power", float),  # W, dissipated by the film
+        ("pressure_power", float),  # W, by its pressure only, without shear
+        ("dry", float),  # N, the dry part of the normal force
+        ("pressure_inputs", tuple),  # (law, FilmMotion), which determine the pressure
+        ("speed", float),  # m/s, of the journal's surface over the bearing's from spins only
+    ],
+)
+FilmContact.__doc__ = "Observables of a contact with a film; a normal force towards the centre may be negative."
 
 
 class FilmLoad(NamedTuple):

@@ -34,7 +34,7 @@ from ..laws.elastic import Power, PowerThreeHalves
 from ..laws.friction import friction_force
 from ..wear.bins import never_wears
 from . import contract
-from .dry import Clip, load_on_journal, normal_forces, separate_contact
+from .dry import Clip, load_on_journal, normal_forces, reported_contact, separate_contact
 from .worn import bodies_of, gap_with_angles, with_angles
 
 FATIGUE_FORCE = 1e3  # N, unit of the forces whose powers are summed
@@ -214,12 +214,6 @@ def _element_load(element, number, joint, cage, offsets, state):
     return ElementLoad(-force * normal.x, -force * normal.y, -force * normal.across, loaded, *fatigue, contact)
 
 
-@inlined
-def _reported(normal, depth, zero):
-    """Return a Contact that only reports."""
-    return contract.Contact(normal=normal, tangential=zero, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
-
-
 @contract.load.member(Rolling)
 def _load_rolling(joint, gap, offsets, state):
     cage = cage_motion(joint, gap)
@@ -235,10 +229,10 @@ def _load_rolling(joint, gap, offsets, state):
     slip, speed = cage.speed * joint.friction_radius, abs(cage.speed)
     tangential = as_type_of(friction_force(joint.friction, normal, slip), slip)
     eccentricity = calculus.sqrt(cage.x * cage.x + cage.y * cage.y)
-    resultant = _reported(normal, eccentricity - joint.clearance, zero)
+    resultant = reported_contact(normal, eccentricity - joint.clearance, zero)
     inner_moment = joint.inner_share * moment + joint.friction_radius * tangential
     outer_moment = joint.outer_share * moment - joint.friction_radius * tangential
-    rings = Rings(*_reported(speed, loaded, zero)[:7], speed * inner_fatigue, speed * outer_fatigue)
+    rings = Rings(*reported_contact(speed, loaded, zero)[:7], speed * inner_fatigue, speed * outer_fatigue)
     contacts = *contacts, resultant._replace(tangential=tangential, slip=slip), rings
     return load_on_journal(joint, fx, fy, (outer_moment, inner_moment), contacts)
 

@@ -26,6 +26,7 @@ from ....contracts.machine import (
     Stops,
     Stretch,
     TabledPush,
+    ends_of,
 )
 from ...joints.contract import Load
 from ..contract import Built, IdealMotion, Open, has_finite_accelerations
@@ -73,25 +74,15 @@ def with_segments(machine: Machine) -> Machine:
             else endpoint
         )
 
-    joints = tuple(
-        joint._replace(proximal=moved_endpoint(joint.proximal), distal=moved_endpoint(joint.distal))
-        for joint in machine.joints
-    )
+    def moved(record: Any) -> Any:
+        return record._replace(**{field: moved_endpoint(end) for field, end in ends_of(record).items()})
+
     start = {
         body_name: angle
         for name, angle in machine.start.items()
         for body_name in ([mass_name(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
     }
-    loads = tuple(
-        load._replace(
-            **{
-                field: moved_endpoint(getattr(load, field))
-                for field in ("at", "first", "second")
-                if hasattr(load, field)
-            }
-        )
-        for load in machine.loads
-    )
+    joints, loads = tuple(map(moved, machine.joints)), tuple(map(moved, machine.loads))
     aim = machine.aim
     if aim.point:
         aim = aim._replace(body=moved_endpoint(BodyPoint(aim.body, aim.point)).body)
@@ -459,7 +450,7 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> planar_f
 
     def numbered(record: Any, **replacements: Any) -> Any:
         """Return a joint or a load without its name, with its ends and further fields replaced."""
-        ends = {field: located(part) for field, part in record._asdict().items() if isinstance(part, BodyPoint)}
+        ends = {field: located(end) for field, end in ends_of(record).items()}
         return record._replace(name=(), **ends, **replacements)
 
     def compiled_joint(joint: Any) -> Any:

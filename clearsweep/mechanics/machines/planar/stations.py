@@ -14,17 +14,15 @@ import numpy as np
 from ....contracts.machine import (
     GROUND,
     BodyPoint,
-    Braking,
     Constant,
     Initial,
     Machine,
     Mesh,
-    Rubbing,
     Slot,
-    Spring,
     Stops,
     Stretch,
     TorsionSpring,
+    ends_of,
 )
 from ..programs import shared_by
 from .closure import (
@@ -61,7 +59,7 @@ def without_free_bodies(machine: Machine) -> Machine:
             f"the output cannot be the free body {machine.aim.body!r}: without clearance its motion is undetermined; "
             "choose a body whose motion ideal joints determine, such as the driven body"
         )
-    joints = tuple(j for j in machine.joints if not free & {j.proximal.body, j.distal.body})
+    joints = tuple(joint for joint in machine.joints if not free & _bodies_of(joint))
     kept = {None, *(joint.name for joint in joints)}  # joints of friction; other loads have none
     loads = tuple(x for x in machine.loads if not free & _bodies_of(x) and getattr(x, "joint", None) in kept)
     bodies = {name: body for name, body in machine.bodies.items() if name not in free}
@@ -93,13 +91,9 @@ def _constraints(machine: Machine) -> int:
     return 1 + sum({Slot: 1, Mesh: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
 
 
-def _bodies_of(load: Any) -> set[str]:
-    """Return the bodies that a load acts on; for friction in a joint, those of the joint."""
-    if isinstance(load, Rubbing | Braking):
-        return set()
-    if isinstance(load, Spring | TorsionSpring):
-        return {load.first.body, load.second.body}
-    return {load.at.body}
+def _bodies_of(record: Any) -> set[str]:
+    """Return the bodies that a joint connects or a load acts on; none for friction, which is in a joint."""
+    return {end.body for end in ends_of(record).values()}
 
 
 def initial_coordinate(initial: Initial, kind: int) -> tuple[float, float]:
@@ -210,9 +204,7 @@ def _points_in_use(machine: Machine) -> list[BodyPoint]:
     if not any(isinstance(joint, Mesh) for joint in machine.joints):
         return []
     constrained = [joint for joint in machine.joints if not isinstance(joint, Mesh)]  # of a gear only angles are
-    used = [end for joint in constrained for end in (joint.proximal, joint.distal)]
-    ends = (getattr(load, key, None) for load in machine.loads for key in ("at", "first", "second"))
-    used += [end for end in ends if isinstance(end, BodyPoint)]
+    used = [end for record in (*constrained, *machine.loads) for end in ends_of(record).values()]
     return [*used, BodyPoint(machine.aim.body, machine.aim.point)] if machine.aim.point else used
 
 

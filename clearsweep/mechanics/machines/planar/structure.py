@@ -5,7 +5,7 @@ It decides which operations the programs of the machine have.
 
 from typing import Any, NamedTuple
 
-from ....contracts.machine import Braking, Constant, Guide, Mesh, Rubbing, Slot, Stops, Stretch
+from ....contracts.machine import Braking, Constant, Guide, Mesh, Rubbing, Slot, Stops, Stretch, ends_of
 from ...laws.friction import Karnopp
 from ..contract import Open
 from ..programs import kinds_of, shared_by
@@ -343,5 +343,5 @@ def _site(joint: Any, site: tuple) -> Site:
 def _load(load: Any) -> LoadKind | None:
     if isinstance(load, FRICTION_LOADS):
         return None
-    ends = {field: getattr(load, field) for field in ("at", "first", "second") if hasattr(load, field)}
-    return LoadKind(type(load), tuple((len(end.body), _point_form(end.point), field) for field, end in ends.items()))
+    points = ((len(end.body), _point_form(end.point), field) for field, end in ends_of(load).items())
+    return LoadKind(type(load), tuple(points))
