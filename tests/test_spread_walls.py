@@ -19,7 +19,7 @@ from clearsweep.mechanics.coupling import rates as rates_code
 from clearsweep.mechanics.coupling.state import kappa_over_root, time_scale
 from clearsweep.mechanics.joints import spatial as joints
 from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
-from clearsweep.mechanics.joints.spatial import strips
+from clearsweep.mechanics.joints.spatial import spread, strips
 from clearsweep.mechanics.laws.contract import ACTS, CLIPPED, FREE, PRESSED
 from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.machines.contract import gaps, pose_at
@@ -379,6 +379,22 @@ def test_force_and_moment_do_not_jump_where_a_strip_begins_to_pull(shift, lean):
         depth = joints.wall_point(joint.end_type, joint, gap_of([2.1e-4, 0.0, shift], [lean, 0.0, 1.0]), -1.0).depth
         clipped = [CLIPPED, PRESSED if depth > 0.0 else contact_modes(joint)[1].apart]
         assert sides(high, clipped)[1] == pytest.approx(after[1], rel=0.0, abs=1e-9)
+
+
+def test_the_excess_of_a_moment_that_pulling_slices_cause_is_limited_without_a_kink():
+    """As the force vanishes so does the moment; near its bound it changes by the fifth power of the excess."""
+
+    def limited(total, force):
+        return spread._limited(total, spread._excess(total, force), force)
+
+    for total in (-3.0, -1e-3, 0.0, 0.5, 1.0, 1.001, 3.0):
+        within, excess = min(max(total, 0.0), 1.0), total - min(max(total, 0.0), 1.0)
+        assert limited(total, 1.0) == pytest.approx(within + excess / (1.0 + excess**4) ** 0.25, rel=1e-15, abs=1e-300)
+        assert abs(limited(total, 1.0) - total) <= 0.25 * abs(excess) ** 5 + 1e-15
+        assert abs(limited(total, 1e-9)) <= 2e-9 + 1e-15
+        rise, fall = limited(total, 1e-6), limited(total, -1e-6)  # a trial step passes the clipping
+        assert rise + fall == pytest.approx(0.0, rel=0.0, abs=1e-11)
+    assert limited(0.0, 0.0) == 0.0
 
 
 # ---------------------------------------------------------------------------------------------- edges of the bore

@@ -170,9 +170,7 @@ def put_root_rates(scene, joint_gaps, loads, state, kappa, k, row):
         loads = loads_of(scene.joints, joint_gaps, state)
     else:
         items = list(zip(scene.joints, joint_gaps, loads, contract.offsets_of(scene.joints, state.roots), strict=True))
-        contacts = [
-            contract.contacts_at_speed(joint, gap, at, state, before.contacts) for joint, gap, before, at in items
-        ]
+        contacts = [contract.contacts_at_speed(joint, gap, at, state, before) for joint, gap, before, at in items]
         loads = [before._replace(contacts=now) for before, now in zip(loads, contacts, strict=True)]
     _put_root_rates(scene, loads, state, kappa, k, row)
 

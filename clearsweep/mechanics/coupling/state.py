@@ -159,9 +159,15 @@ def kappa_of_corners(scene, y, mode):
 
 
 @kernel
+def _nonzero_root(y, index):
+    """Return a root of penetration, or if it is zero a number that counts as zero."""
+    return where(y[index] != 0.0, y[index], LEAST_ROOT)
+
+
+@kernel
 def _inverse_root(y, index):
     """Return one over a root of penetration; of a root that is zero a number whose inverse counts as zero."""
-    return 1.0 / where(y[index] != 0.0, y[index], LEAST_ROOT)
+    return 1.0 / _nonzero_root(y, index)
 
 
 @kernel
@@ -184,14 +190,14 @@ def _kappa_of_walls(scene, y, mode):
 
     A trial step past a separation has roots of opposite signs: this sum never crosses zero, that of 1/s does.
     """
-    first_root, total, sign = 2 * len(scene.coordinates) + 1, 0.0, 1.0
+    first_root, total, product = 2 * len(scene.coordinates) + 1, 0.0, 1.0
     for c in touchable_contacts(scene.joints):
         if touches(mode[c]):
-            inverse = _inverse_root(y, first_root + c)
-            total, sign = total + inverse * inverse, where(inverse < 0.0, -sign, sign)
+            root = _nonzero_root(y, first_root + c)
+            total, product = total * (root * root) + product * product, product * root
     if total == 0.0:
         return as_type_of(1.0, y[first_root])
-    return sign / (scene.sigma * calculus.sqrt(total))
+    return product / (scene.sigma * calculus.sqrt(total))
 
 
 @known

@@ -120,8 +120,8 @@ def load(joint, gap, offsets, state):
 
 
 @family_with_default
-def contacts_at_speed(joint, gap, offsets, state, contacts):
-    """Return the contacts of a joint with the rates of their depths, after all but velocities gave `contacts`."""
+def contacts_at_speed(joint, gap, offsets, state, before):
+    """Return the contacts of a joint with the rates of their depths; before : its Load, at other velocities."""
     return load(joint, gap, offsets, state).contacts
 
 

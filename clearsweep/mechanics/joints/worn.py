@@ -401,8 +401,9 @@ def _load_worn_joint_or_worn_on_foundation(joint, gap, offsets, state):
 
 
 @contacts_at_speed.member(WornJoint, WornOnFoundation)
-def _contacts_at_speed_worn_joint_or_worn_on_foundation(joint, gap, offsets, state, contacts):
-    return (contacts[0]._replace(rate=generalised_rate(contacts[0].generalised, joint, gap)),)
+def _contacts_at_speed_worn_joint_or_worn_on_foundation(joint, gap, offsets, state, before):
+    contact = before.contacts[0]
+    return (contact._replace(rate=generalised_rate(contact.generalised, joint, gap)),)
 
 
 # ---------------------------------------------------------------------------------------------- initial state

@@ -169,6 +169,24 @@ def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
     update_wear_over_arc(joint, workspace, step_length, span, bins)
 
 
+@inlined
+def is_reversing(workspace, values):
+    """Return whether sliding reverses within a step; to be called before a span of it is added."""
+    for i in lane_range(observe.PARTS):  # the row of the durations is free until a span is added
+        workspace.step.duration[i] = values[observe.SLIP_ROW, i] * values[observe.SLIP_ROW, i + 1]
+    return arc.range_of_row(workspace.step.duration)[0] < 0.0
+
+
+@inlined
+def worn_bins(rows, count, reverses):
+    """Return the parts (begin, end) of `count` bins within which the latest span added wear; all of a step in spans."""
+    width = 2.0 * math.pi / count
+    low, high = math.floor(arc.range_of_row(rows.start)[0] / width), math.floor(arc.range_of_row(rows.stop)[1] / width)
+    first, number = (0, count) if reverses or high - low + 1 >= count else (low % count, high - low + 1)
+    to_end = min(number, count - first)
+    return (first, first + to_end), (0, number - to_end)
+
+
 @kernel
 def update_worn_profile(joint, workspace, values, step_length, bins, account):
     """Add the wear of a step of `step_length` (s over kappa) to the worn profiles of both bodies and a JointAccount.
@@ -176,9 +194,7 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
     workspace : Workspace with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
     + 1), from which the sliding speed is read; bins : of both bodies.
     """
-    for i in lane_range(observe.PARTS):  # the row of the durations is free until a span is added
-        workspace.step.duration[i] = values[observe.SLIP_ROW, i] * values[observe.SLIP_ROW, i + 1]
-    low, reverses = 0.0, arc.range_of_row(workspace.step.duration)[0] < 0.0
+    low, reverses = 0.0, is_reversing(workspace, values)
     for i in rolled_range(0 if reverses else observe.PARTS, observe.PARTS + 1):
         high = 1.0
         if i < observe.PARTS:

@@ -140,7 +140,8 @@ def quaternion_accelerations(q, spin, alpha, damping):
     spin, alpha : in the frame of the body; damping : 1/s, rate at which the quaternion's length returns to 1.
     """
     square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
-    sigma = (q.w * q.dw + q.x * q.dx + q.y * q.dy + q.z * q.dz) / square
+    factor = 2.0 / square  # as in `frame_of` and `spin_of`, which code computes once
+    sigma = 0.5 * factor * (q.w * q.dw + q.x * q.dx + q.y * q.dy + q.z * q.dz)
     scalar_term = (
         sigma * sigma - 2.0 * damping * sigma - 0.5 * damping * damping * (square - 1.0) - 0.25 * dot(spin, spin)
     )

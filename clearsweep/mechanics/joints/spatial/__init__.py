@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from ....tracing.compiled import calculus as math
 from ....tracing.compiled.dual import as_type_of
-from ....tracing.compiled.family import family, kernel
+from ....tracing.compiled.family import family, inlined, kernel
 from ....tracing.compiled.vector import Vector, dot, plus_scaled, times
 from ...laws.contract import ACTS, FREE, MEETS, PRESSED, Guard, guards
 from ...observe import RAW
@@ -117,6 +117,7 @@ class SpatialLoad(NamedTuple):
     journal_moment: Vector  # N m, moment about the journal's middle
     bearing_moment: Vector  # N m, moment on the bearing about its middle
     contacts: tuple  # of Contacts
+    points: tuple = ()  # see `points_of`
 
 
 class ContactForce(NamedTuple):
@@ -334,17 +335,12 @@ def overlap_of(joint, gap):
     return joint.journal_half_length + joint.half_length - abs(gap.middle.z)
 
 
-@kernel
+@inlined
 def flange_point(joint, gap, end):
     """Return the Point of the flange contact at one of the ENDS; for a parallel journal, the centre of its face."""
     axis, midpoint = gap.axis, gap.middle
     outward_sign = end * math.copysign(1.0, axis.z)
-    tilt_square = axis.x * axis.x + axis.y * axis.y
-    radial_reach = (
-        outward_sign * joint.journal_radius / math.sqrt(tilt_square)
-        if tilt_square > 0.0
-        else as_type_of(0.0, tilt_square)
-    )
+    radial_reach = outward_sign * _rim_reach(joint, axis)
     position = Vector(
         midpoint.x + radial_reach * axis.x,
         midpoint.y + radial_reach * axis.y,
@@ -352,6 +348,13 @@ def flange_point(joint, gap, end):
     )
     normal = times(outward_sign, axis)
     return Point(position, normal, dot(position, normal) - joint.half_length - joint.axial_clearance)
+
+
+@kernel
+def _rim_reach(joint, axis):
+    """Return the radius of the journal over the sine of the tilt (m), 0 without tilt."""
+    tilt_square = axis.x * axis.x + axis.y * axis.y
+    return joint.journal_radius / math.sqrt(tilt_square) if tilt_square > 0.0 else as_type_of(0.0, tilt_square)
 
 
 @kernel

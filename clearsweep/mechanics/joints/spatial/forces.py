@@ -24,12 +24,12 @@ class _RelativeMotion(NamedTuple):
 
 
 @kernel
-def _contact_force(point, context, number, law, elastic, stiffness_fraction, law_offsets):
-    """Return the ContactForce at a Point of contact `number` of the joint, with a fraction of its laws' stiffness.
+def _contact_force(context, number, law, elastic, stiffness_fraction, law_offsets):
+    """Return the ContactForce of contact `number` of the joint, with a fraction of its laws' stiffness.
 
     law_offsets : Offsets of the laws of this contact.
     """
-    position, normal, depth = point
+    position, normal, depth = context.points[number]
     gap, relative_motion, state = context.gap, context.relative_motion, context.state
     index = context.offsets.contact + number
     arm = minus(position, gap.middle)
@@ -72,23 +72,22 @@ class _JointContext(NamedTuple):
 
     joint: tuple
     gap: spatial.SpatialGap
+    points: tuple  # see `spatial.points_of`
     relative_motion: _RelativeMotion
     offsets: contract.Offsets  # of the joint
     state: tuple  # JointState
 
 
 @kernel
-def _wall_force(context, number, end, law_offsets):
+def _wall_force(context, number, law_offsets):
     joint = context.joint
-    point = spatial.wall_point(joint.end_type, joint, context.gap, end)
-    return _contact_force(point, context, number, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
+    return _contact_force(context, number, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
 
 
 @kernel
-def _flange_force(context, number, end, law_offsets):
+def _flange_force(context, number, law_offsets):
     joint = context.joint
-    point = spatial.flange_point(joint, context.gap, end)
-    return _contact_force(point, context, number, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
+    return _contact_force(context, number, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
 
 
 @family
@@ -107,7 +106,7 @@ def _wall_forces(walls, context, second_offsets):
 
 @_wall_forces.member(spatial.EndContacts)
 def _wall_forces_end_contacts(walls, context, second_offsets):
-    return _wall_force(context, 0, 1.0, context.offsets), _wall_force(context, 1, -1.0, second_offsets)
+    return _wall_force(context, 0, context.offsets), _wall_force(context, 1, second_offsets)
 
 
 _wall_forces.member(spatial.Spread)(lambda walls, context, second_offsets: spread_walls(context))
@@ -146,40 +145,39 @@ def _auxiliary_contacts(joint, gap, a, b):
 
 
 @kernel
-def _context_of(joint, gap, offsets, state):
-    """Return the _JointContext of a joint."""
+def _relative_motion_of(gap):
+    """Return the _RelativeMotion of a SpatialGap."""
     velocity = minus(gap.velocity, cross(gap.bearing_spin, gap.middle))
-    return _JointContext(
-        joint, gap, _RelativeMotion(velocity, minus(gap.journal_spin, gap.bearing_spin)), offsets, state
-    )
+    return _RelativeMotion(velocity, minus(gap.journal_spin, gap.bearing_spin))
 
 
 @contract.load.member(spatial.Through, spatial.Flanged)
 def _load_through_or_flanged(joint, gap, offsets, state):
-    context = _context_of(joint, gap, offsets, state)
+    points = spatial.points_of(joint, gap)
+    context = _JointContext(joint, gap, points, _relative_motion_of(gap), offsets, state)
     second_offsets = contract.after_law(contract.after_law(offsets, joint.law), joint.friction)
     a, b = _wall_forces(joint.walls, context, second_offsets)
     force, moment, twist, flanges = plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), ()
     if isinstance(joint, spatial.Flanged):
         third_offsets = contract.after_law(contract.after_law(second_offsets, joint.law), joint.friction)
         fourth_offsets = contract.after_law(contract.after_law(third_offsets, joint.axial_law), joint.friction)
-        c, d = _flange_force(context, 2, 1.0, third_offsets), _flange_force(context, 3, -1.0, fourth_offsets)
+        c, d = _flange_force(context, 2, third_offsets), _flange_force(context, 3, fourth_offsets)
         force, moment = plus(force, plus(c.force, d.force)), plus(moment, plus(c.moment, d.moment))
         twist = plus(twist, plus(c.twist, d.twist))
         flanges = _in_wall_form(joint.walls, c.contact), _in_wall_form(joint.walls, d.contact)
     # the opposite forces act on the bearing's surface, at the penetration along the normal from the journal's
     bearing_moment = minus(twist, plus(moment, cross(gap.middle, force)))
     contacts = (a.contact, b.contact, *flanges, *_auxiliary_contacts(joint, gap, a, b))
-    return spatial.SpatialLoad(force, moment, bearing_moment, contacts)
+    return spatial.SpatialLoad(force, moment, bearing_moment, contacts, points)
 
 
 @contract.contacts_at_speed.member(spatial.Through, spatial.Flanged)
-def _contacts_at_speed_through_or_flanged(joint, gap, offsets, state, contacts):
-    motion, points, moved = _context_of(joint, gap, offsets, state).relative_motion, spatial.points_of(joint, gap), ()
+def _contacts_at_speed_through_or_flanged(joint, gap, offsets, state, before):
+    motion, points, moved = _relative_motion_of(gap), before.points, ()
     for i in range(len(points)):
         velocity = plus(motion.velocity, cross(motion.spin, minus(points[i].position, gap.middle)))
-        moved = (*moved, contacts[i]._replace(rate=dot(velocity, points[i].normal)))
-    return (*moved, *contacts[len(points) :])  # the auxiliary contacts have no rates
+        moved = (*moved, before.contacts[i]._replace(rate=dot(velocity, points[i].normal)))
+    return (*moved, *before.contacts[len(points) :])  # the auxiliary contacts have no rates
 
 
 #: The time histories of a spatial joint.

@@ -35,10 +35,12 @@ from ...wear.bins import (
     StripRows,
     fit_positions,
     fit_profiles,
+    is_reversing,
     record,
     unwrap_angles,
     update_joint_wear,
     update_worn_profile,
+    worn_bins,
 )
 from . import ENDS, Flanged, Through, strips, wall_point
 from .spread import bearing_length
@@ -52,8 +54,8 @@ _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 _POWERS = coefficients_through(_QUARTERS)
 #: (QUARTER_POINTS + 2, PARTS + 1): values at equidistant times of a step from those at its quarters.
 FROM_QUARTERS = np.ascontiguousarray((powers(np.arange(PARTS + 1) / PARTS, QUARTER_POINTS + 2) @ _POWERS).rounded().T)
-#: Weights of the equidistant times.
-TRAPEZOIDAL = np.array([0.5, *[1.0] * (PARTS - 1), 0.5])
+#: Weights of the equidistant times but the first, exact for parabolas.
+WEIGHTS = np.array([0.0, 11.0 / 6.0, 5.0 / 6.0, 5.0 / 6.0, *[1.0] * (PARTS - 4), 0.5])
 #: (2, QUARTER_POINTS + 2): slopes at both ends of a step, per its length.
 END_SLOPES = (
     exact([[float(p * at ** max(p - 1, 0)) for p in range(QUARTER_POINTS + 2)] for at in (0.0, 1.0)]) @ _POWERS
@@ -140,7 +142,7 @@ def _strip_pressure_at(joint, step, history, i, smallest_depth):
     half_angle, half_angle_at_peak = _half_angle(joint, mean_sliding), _half_angle(joint, peak_sliding)
     if min(half_angle, half_angle_at_peak) < SMALLEST_ARC:
         return StripPressure(zero, zero, zero, zero)
-    duration = TRAPEZOIDAL[i] / PARTS * step.length * step_values[KAPPA_ROW, i]
+    duration = WEIGHTS[i] / PARTS * step.length * step_values[KAPPA_ROW, i]
     mean = mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * duration
     if loads.max_depth < smallest_depth:
         return StripPressure(duration, mean, zero, zero)
@@ -158,15 +160,13 @@ def accumulate_strip_pressure(joint, step, history, account):
     rows, smallest_depth, pv_limit = step.workspace.step, 0.0, joint.wear.pv_limit
     for i in range(PARTS + 1):
         smallest_depth = max(smallest_depth, SMALLEST_DEPTH * history.values.max_depth[i])
-    first = _strip_pressure_at(joint, step, history, 0, smallest_depth)
     for i in lane_range(PARTS):
         numbers = _strip_pressure_at(joint, step, history, i + 1, smallest_depth)
         rows.duration[i], rows.pressure_time[i], rows.peak[i], rows.pv[i] = numbers
-    account.pressure_time += first.mean + row_sum(rows.pressure_time)
-    account.pressure_max = max(account.pressure_max, first.peak, range_of_row(rows.peak)[1])
-    account.pv_max = max(account.pv_max, first.pv, range_of_row(rows.pv)[1])
+    account.pressure_time += row_sum(rows.pressure_time)
+    account.pressure_max = max(account.pressure_max, range_of_row(rows.peak)[1])
+    account.pv_max = max(account.pv_max, range_of_row(rows.pv)[1])
     if account.pv_max > pv_limit:
-        account.pv_beyond += first.duration if first.pv > pv_limit else 0.0
         for i in range(PARTS):
             account.pv_beyond += rows.duration[i] if rows.pv[i] > pv_limit else 0.0
 
@@ -186,21 +186,24 @@ class AxialRange(NamedTuple):
 
 
 @kernel
-def update_axial_bins(depths, factor, bins, axial_range):
-    """Add `depths` (m) around a body, times a factor, to its bins over angle and length.
-
-    axial_range : position on the body; each bin is the mean over its length.
-    """
+def add_to_rows(factors, factor, axial_range):
+    """Add a factor to those of the rows of bins along a body within an AxialRange, in part to those partly within."""
     bins_per_length = axial_range.bin_count / (2.0 * axial_range.half_length)
     position = _bin_position(axial_range.begin, axial_range.half_length, bins_per_length)
     end_position = _bin_position(axial_range.end, axial_range.half_length, bins_per_length)
     row = min(max(math.floor(position), 0), axial_range.bin_count - 1)
     while position < end_position:
         next_position = end_position if row == axial_range.bin_count - 1 else min(end_position, row + 1.0)
-        bin_factor, start = factor * (next_position - position), bins.start + row * bins.count
-        for k in rolled_range(bins.count):
-            bins.depths[start + k] += bin_factor * depths[k]
+        factors[row] += factor * (next_position - position)
         position, row = next_position, row + 1
+
+
+@inlined
+def add_scaled(bins, start, factor, depths, parts):
+    """Add `depths` (m) around a body times a factor to its bins from `start` on, in some `parts` (begin, end)."""
+    for begin, end in parts:
+        for k in rolled_range(begin, end):
+            bins.depths[start + k] += factor * depths[k]
 
 
 @kernel
@@ -248,7 +251,9 @@ def fit_strip(joint, j, step):
     fit_positions(step.workspace, step.positions[j])
     _fit_strip_at(joint, axial, history, 0)
     for i in lane_range(PARTS):
-        _fit_strip_at(joint, axial, history, i + 1)
+        strip, start_depth = _fit_strip_at(joint, axial, history, i + 1)
+        integrals = strips.integrals_of(joint.walls, joint, strip, start_depth)
+        strip_values.load_integral[i + 1], strip_values.depth_integral[i + 1] = integrals
     max_reach = strip_values.reach[0]
     for i in range(1, PARTS + 1):
         max_reach = max(max_reach, strip_values.reach[i])
@@ -257,7 +262,10 @@ def fit_strip(joint, j, step):
 
 @kernel
 def _fit_strip_at(joint, axial, history, i):
-    """Write the values of a StripHistory at time number `i`, from those at the quarters of the step."""
+    """Write the values of a StripHistory at time number `i`, from those at the quarters of the step.
+
+    Return what `_strip_at` does.
+    """
     values, lean, reach, tilt_square = history.values, 0.0, 0.0, 0.0
     for k in range(QUARTER_POINTS + 2):
         lean += FROM_QUARTERS[k, i] * axial.lean[k]
@@ -266,7 +274,7 @@ def _fit_strip_at(joint, axial, history, i):
     values.lean[i], values.reach[i], values.tilt_square[i] = lean, max(reach, 0.0), tilt_square
     strip, start_depth = _strip_at(joint, history, i)
     values.max_depth[i] = strips.largest_depth_along(joint, strip, start_depth)
-    values.load_integral[i], values.depth_integral[i] = strips.integrals_of(joint.walls, joint, strip, start_depth)
+    return strip, start_depth
 
 
 @kernel
@@ -287,11 +295,10 @@ def write_slices(joint, history, step):
     for k in rolled_range(first, first + count * width * PARTS):
         buffer[k] = 0.0
     sums = buffer[first : first + count * width * PARTS].reshape(count, width, PARTS)
-    add_slices(joint, history, 0, 0, sums)
     for i in lane_range(PARTS):
         add_slices(joint, history, i + 1, i, sums)
         weights[i] = _work_at(history, i + 1)
-    work, max_line_load, fraction_sum = _work_at(history, 0) + row_sum(weights), 0.0, 0.0
+    work, max_line_load, fraction_sum = row_sum(weights), 0.0, 0.0
     for k in rolled_range(count):
         totals, row = [row_sum(sums[k, i]) for i in range(width)], first + k * width
         inverse = 1.0 / totals[LOADED_WORK] if totals[LOADED_WORK] > 0.0 else 0.0
@@ -311,9 +318,9 @@ def write_slices(joint, history, step):
 
 @inlined
 def _work_at(history, i):
-    """Return the weight of time number `i`: the work of friction around it, by the trapezoidal rule."""
+    """Return the weight of time number `i`: the work of friction around it, see WEIGHTS."""
     values = history.step_values
-    return TRAPEZOIDAL[i] * max(values[KAPPA_ROW, i] * values[FORCE_ROW, i] * abs(values[SLIP_ROW, i]), 0.0)
+    return WEIGHTS[i] * max(values[KAPPA_ROW, i] * values[FORCE_ROW, i] * abs(values[SLIP_ROW, i]), 0.0)
 
 
 @kernel
@@ -343,7 +350,7 @@ def add_slices(joint, history, i, lane, sums):
             sums[k, 0, lane] += load
             loaded_start, loaded_end = strips.pressed_part(walls, joint, strip, start_depth, (near, far))
             if loaded_end > loaded_start:
-                depth = strips.depth_along(walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
+                depth = 0.5 * (max(near_depth, 0.0) + max(far_depth, 0.0))
                 sums[k, 1, lane] += load * (loaded_end - loaded_start)
                 sums[k, 2, lane] += load * (depth * depth_factor if largest_depth > 0.0 else 1.0)
                 sums[k, 3, lane] += load * (loaded_start - begin)
@@ -357,6 +364,12 @@ def add_slices(joint, history, i, lane, sums):
 def slices_offset(step):
     """Return where the slices begin in `step.wear_buffer`."""
     return 2 * step.wear_buffer.size // BUFFER_ROWS
+
+
+@inlined
+def slices_size(bin_count):
+    """Return how many numbers the slices of a strip take; the buffer behind them is free once they are written."""
+    return len(Slice._fields) * ((bin_count + 1) // 2)
 
 
 @kernel
@@ -411,30 +424,36 @@ def update_group_wear(joint, end, j, step_and_totals, history, group):
     fit_depth(history, workspace, group_slice.depth)
     group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, totals.stride, count)
     account = JointAccount(totals.account[j], group_slice.loaded_length / joint.wear.length)
+    reverses = is_reversing(workspace, step.step_values[j])
     update_worn_profile(joint, workspace, step.step_values[j], step.length, group_bins, account)
     axial, middle = step.axial[j], QUARTER_POINTS // 2 + 1
-    starts = axial.bearing_start[middle], axial.journal_start[middle]
-    bins_offset = 2 * (j if end == ENDS[0] else j - 1) * totals.stride
-    slice_length = 2.0 * history.reach / bin_count
-    for body in range(2):
-        half_length = joint.half_length if body == 0 else joint.journal_half_length
-        direction = -end * (axial.facing[middle] if body == 0 else 1.0)
-        depths = step.wear_buffer[body * totals.stride : body * totals.stride + count]
-        bins = Bins(totals.depths, bins_offset + body * totals.stride, count)
-        for k in range(group.begin, group.end):
-            strip_slice = slice_at(step, k)
-            near_end = starts[body] + direction * (k * slice_length + strip_slice.begin)
+    bodies = (
+        (axial.bearing_start[middle], -end * axial.facing[middle], joint.half_length, workspace.bearing),
+        (axial.journal_start[middle], -end, joint.journal_half_length, workspace.journal),
+    )
+    slice_length, factors_start = 2.0 * history.reach / bin_count, slices_offset(step) + slices_size(bin_count)
+    factors = step.wear_buffer[factors_start : factors_start + 2 * bin_count].reshape(2, bin_count)
+    for row in rolled_range(bin_count):
+        factors[0, row] = factors[1, row] = 0.0
+    factor_per_load = group_slice.loaded_length / group_slice.load_fraction
+    for k in range(group.begin, group.end):
+        strip_slice = slice_at(step, k)
+        factor = factor_per_load * strip_slice.load_fraction / strip_slice.loaded_length
+        for body, (start, direction, half_length, _) in enumerate(bodies):
+            near_end = start + direction * (k * slice_length + strip_slice.begin)
             far_end = near_end + direction * strip_slice.loaded_length
-            factor = (
-                strip_slice.load_fraction
-                * group_slice.loaded_length
-                / (strip_slice.loaded_length * group_slice.load_fraction)
-            )
-            update_axial_bins(
-                depths, factor, bins, AxialRange(min(near_end, far_end), max(near_end, far_end), half_length, bin_count)
-            )
-        for k in rolled_range(count):
-            depths[k] = 0.0
+            axial_range = AxialRange(min(near_end, far_end), max(near_end, far_end), half_length, bin_count)
+            add_to_rows(factors[body], factor, axial_range)
+    bins_offset = 2 * (j if end == ENDS[0] else j - 1) * totals.stride
+    for body, (_, _, _, arcs) in enumerate(bodies):
+        depths = step.wear_buffer[body * totals.stride : body * totals.stride + count]
+        bins, worn = Bins(totals.depths, bins_offset + body * totals.stride, count), worn_bins(arcs, count, reverses)
+        for row in rolled_range(bin_count):
+            if factors[body, row] != 0.0:
+                add_scaled(bins, bins.start + row * count, factors[body, row], depths, worn)
+        for begin, stop in worn:
+            for k in rolled_range(begin, stop):
+                depths[k] = 0.0
 
 
 @update_joint_wear.member(Through, Flanged)

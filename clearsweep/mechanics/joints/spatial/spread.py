@@ -22,6 +22,7 @@ Each half of the length is the strip of its end: it has the onset rate and is cl
 from typing import NamedTuple
 
 from ....tracing.compiled import calculus as math
+from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, inlined, kernel
 from ....tracing.compiled.vector import Vector, cross, dot, minus, norm, plus, plus_scaled, times
@@ -29,7 +30,7 @@ from ...laws.contract import CLIPPED, touches
 from ...laws.friction import friction_force
 from ...laws.loss import lowest_force
 from ..dry import separate_contact
-from . import ContactForce, InBore, Overlapping, Point, SpreadContact, overlap_of, strips, wall_point
+from . import ContactForce, InBore, Overlapping, Point, SpreadContact, overlap_of, strips
 
 #: Of the squared tilt times the length over the sum of the distances: below, normals do not resolve the ellipse.
 SMALLEST_TILT_SQUARE = 1e-9
@@ -95,11 +96,11 @@ class EndState(NamedTuple):
 
 
 @inlined
-def end_state_of(context, contact_number, end):
-    """Return the EndState at one of the ENDS, contact `number` of the joint of a context."""
-    joint, gap, relative_motion, state = context.joint, context.gap, context.relative_motion, context.state
+def end_state_of(context, contact_number):
+    """Return the EndState of a wall, contact `number` of the joint of a context."""
+    gap, relative_motion, state = context.gap, context.relative_motion, context.state
     contact_index = context.offsets.contact + contact_number
-    point = wall_point(joint.end_type, joint, gap, end)
+    point = context.points[contact_number]
     velocity = plus(relative_motion.velocity, cross(relative_motion.spin, minus(point.position, gap.middle)))
     rate, mode = dot(velocity, point.normal), state.mode[contact_index]
     root = state.y[state.roots + contact_index]
@@ -271,17 +272,37 @@ class StripForce(NamedTuple):
 
 
 @inlined
-def _clipped(sums, is_clipped, clearance):
-    """Return StripSums, continuously clipped to those of forces that do not pull; distances exceed the clearance."""
-    force = max(sums.force, 0.0) if not is_clipped else as_type_of(0.0, sums.force)
-    over_distance = force / clearance
-    return strips.StripSums(
-        force,
-        min(max(sums.outward, 0.0), force),
-        min(max(sums.over_distance, 0.0), over_distance),
-        min(max(sums.outward_over_distance, 0.0), over_distance),
-        min(max(sums.square_over_distance, 0.0), over_distance),
-    )
+def _excess(total, force):
+    """Return the part of a sum beyond what slices that do not pull can have with this sum of forces."""
+    return where(total > max(force, 0.0), total - force, min(total, 0.0))
+
+
+@inlined
+def _limited(total, excess, force):
+    """Return a sum whose excess is limited to the size of the force, smoothly up to the fourth derivative."""
+    force_square, excess_square = force * force, excess * excess
+    root = math.sqrt(math.sqrt(force_square * force_square + excess_square * excess_square))
+    return total - excess + force * (excess / root) if root > 0.0 else total
+
+
+@inlined
+def _clipped(sums, end_state, clearance):
+    """Return StripSums without pull, continuously clipped; distances exceed the clearance.
+
+    Before the event of clipping nothing has a kink: a trial step past it continues with a negative force.
+    """
+    force = sums.force
+    if end_state.mode == CLIPPED:
+        force = as_type_of(0.0, force)
+    elif not touches(end_state.mode):
+        force = max(force, 0.0)
+    over_distance = force * (1.0 / clearance)
+    totals = sums.outward, sums.over_distance, sums.outward_over_distance, sums.square_over_distance
+    bounds = force, over_distance, over_distance, over_distance
+    excesses = [_excess(total, bound) for total, bound in zip(totals, bounds, strict=True)]
+    if (excesses[0] != 0.0) | (excesses[1] != 0.0) | (excesses[2] != 0.0) | (excesses[3] != 0.0):
+        totals = tuple([_limited(*each) for each in zip(totals, excesses, bounds, strict=True)])
+    return strips.StripSums(force, *totals)
 
 
 @inlined
@@ -302,7 +323,7 @@ def _strip_force(context, geometry, spans, end_state, other_end):
     lowest = lowest_force(joint.law)
     unclipped, total, stored_power, energy = load.total.force - lowest, load.total, load.stored_power, zero
     if lowest == 0.0:  # without a jump where clipping begins or ends; otherwise these events would alternate endlessly
-        total = _clipped(total, end_state.mode == CLIPPED, joint.clearance)
+        total = _clipped(total, end_state, joint.clearance)
     if geometry.overlap.growth != 0.0 and load.elastic > 0.0:
         for span in spans:
             energy = energy + scale * strips.energy_of(geometry.profile, span, joint.elastic, rule)
@@ -433,10 +454,10 @@ def _strip_contact_force(context, geometry, walls, load, end, end_force):
     return ContactForce(normal_force, plus(normal_force, friction.force), moment, friction.twist, contact)
 
 
-@kernel
+@inlined
 def spread_walls(context):
     """Return the ContactForces of both walls."""
-    first_end, second_end = end_state_of(context, 0, 1.0), end_state_of(context, 1, -1.0)
+    first_end, second_end = end_state_of(context, 0), end_state_of(context, 1)
     if not (touches(first_end.mode) or touches(second_end.mode)):
         zero = as_type_of(0.0, first_end.rate)
         return _unloaded_contact(first_end, zero), _unloaded_contact(second_end, zero)
