@@ -12,6 +12,7 @@ import numpy as np
 
 from ..contracts import catalogue
 from .judged import (
+    CASES_AT_ONCE,
     EXCEEDED,
     MET,
     ONE_AT_A_TIME,
@@ -32,7 +33,6 @@ from .judged import (
 
 # Effects of varied values on figures, from blocks of cases that differ in one value and in nothing else.
 
-CASES_AT_ONCE = 4096  # of which indices are made at a time
 MAX_LEVELS = 1000  # distinct values of an axis above which its effect is not assessed
 MIN_DIFFERENCE = 0.01  # of the larger end: a smaller difference of two cases is none
 MAX_REVERSAL = 0.1  # of the range of a block: a block that turns back by more is neither rising nor falling

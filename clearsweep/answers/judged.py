@@ -15,6 +15,8 @@ MET, EXCEEDED, UNDECIDED = "met", "exceeded", "undecided"  # verdicts of a case
 #: Last keys of numerical settings of which the smaller value is the finer one; of all others it is the larger one.
 FINER_IF_SMALLER = ("tolerance", "velocity_scale", "v0", "v1", "width", "from")
 
+CASES_AT_ONCE = 4096  # of which numbers are made at a time: so memory hardly grows with them
+
 Key = tuple[int, ...]  # codes of the values at some paths, -1 where the case does not use a path
 
 
@@ -275,7 +277,9 @@ def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list
     sums_between = [float(np.bincount(group) @ _group_means(group, residuals) ** 2) for group in groups]
     for _ in range(PASSES):
         for group in groups:
-            residuals -= _group_means(group, residuals)[group]
+            means = _group_means(group, residuals)
+            for first in range(0, len(group), CASES_AT_ONCE):
+                residuals[first : first + CASES_AT_ONCE] -= means[group[first : first + CASES_AT_ONCE]]
     scatter = max(float(residuals @ residuals) / residual_freedom, 1e-12 * total)
     between = zip(sums_between, freedoms, strict=True)
     return [max(0.0, (sum_of_squares - freedom * scatter) / total) for sum_of_squares, freedom in between]

@@ -48,6 +48,8 @@ GROUP_ROWS = 2048  # rows of a group of the summary, and of what is worked at in
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms
 DATASET_BYTES = 4096  # bytes of a file for the description of a dataset, more than HDF5 needs
 MAX_ROWS = 2**17  # cases of a batch, as many as of a block
+LARGE_BLOCK = 2**17  # bytes of a block of memory that is not kept for reuse
+_MMAP_THRESHOLD = -3  # of malloc.h
 HASH_LENGTH = 16  # hexadecimal digits of a checksum in a name
 _VERIFIED: Any = {"pre_buffer": False, "page_checksum_verification": True}  # options of a reader of Parquet
 _NAME = re.compile(r"[0-9a-f]{16}-([0-9a-f]{16})\.(h5|parquet)")
@@ -363,11 +365,15 @@ def ids_of_column(column: pa.Array) -> np.ndarray:
 
 
 def release_memory() -> None:
-    """Give unused memory back to the system; Arrow and malloc keep the gaps between what is in use.  It takes 1 ms."""
+    """Give unused memory back to the system; Arrow and malloc keep the gaps between what is in use.  It takes 1 ms.
+
+    From now on malloc gives back large blocks at once; it would raise the size of these with those that are freed.
+    """
     pa.default_memory_pool().release_unused()
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)  # of glibc
-    if trim:
-        trim(0)
+    libc = ctypes.CDLL(None)
+    if hasattr(libc, "malloc_trim"):  # glibc
+        libc.mallopt(_MMAP_THRESHOLD, LARGE_BLOCK)
+        libc.malloc_trim(0)
 
 
 def read_summary(path: Path, columns: list[str]) -> pa.Table:

@@ -136,11 +136,11 @@ class CaseRunner:
             pending = pending[~is_common(ids[pending], candidates)]
         if not len(pending):
             return True
-        is_complete = self.run_cases(
-            grid, Pending(pending, ids[pending], earlier=finished_counts(rows, requested, ids[pending]))
-        )
+        pending_ids = ids if len(pending) == len(ids) else ids[pending]  # in the same order
+        earlier = finished_counts(rows, requested, pending_ids)
+        is_complete = self.run_cases(grid, Pending(pending, pending_ids, earlier=earlier))
         if self.options.retry_failed:
-            self.retried.append(np.sort(ids[pending]))
+            self.retried.append(np.sort(pending_ids))
         return is_complete
 
     def run_cases(self, grid: grids.Grid, pending: "Pending", allowed_failures: int | None = None) -> bool:

@@ -221,7 +221,8 @@ class Batches:
             size = int(np.searchsorted(self.chains, last, side="right")) - self.handed_out_count
         selection = slice(self.handed_out_count, self.handed_out_count + size)
         self.handed_out_count += size
-        return new_batch(Tasks(self.pending[selection], self.ids[selection]))
+        # copies: the pool keeps its latest batches, and with views of them all cases, 16 bytes each
+        return new_batch(Tasks(self.pending[selection].copy(), self.ids[selection].copy()))
 
     def _remaining_seconds(self) -> float:
         """Return the expected time (s) of the cases that are not handed out yet, 0 before the first case."""
