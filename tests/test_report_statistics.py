@@ -31,6 +31,21 @@ from clearsweep.searches.seeking import AGREEING_NEIGHBOURS, Border, expected_pr
 from clearsweep.sweeping.facts import LifeExtremes, SlowestCase
 
 
+@pytest.mark.parametrize(("largest", "reduce"), [(False, np.median), (True, np.max)])
+def test_matched_tables_have_the_median_or_the_largest_of_the_cases_in_each_cell(largest, reduce):
+    chance = np.random.default_rng(7)
+    values = np.where(chance.random(200) < 0.2, np.nan, chance.normal(size=200))
+    groups, rows, codes = chance.integers(0, 12, 300), chance.integers(0, 200, 300), chance.integers(-1, 5, 300)
+    levels = np.array([1.0, 2.0, 3.0, 5.0, 8.0])
+    table = effects.MatchedCases(None, groups, rows, levels, codes).table(values, largest=largest)
+    assert len(table.groups) > 5
+    for group, of_group in zip(table.groups, table.values, strict=True):
+        for level, value in zip(table.levels, of_group, strict=True):
+            in_cell = values[rows[(groups == group) & (codes >= 0) & (levels[codes] == level)]]
+            known = in_cell[~np.isnan(in_cell)]
+            np.testing.assert_equal(value, reduce(known) if len(known) else np.nan)
+
+
 def test_an_exact_power_is_found_and_its_interval_is_that_value():
     x, factors = np.array([1e-5, 2e-5, 5e-5]), np.array([[1.0], [30.0], [1e4]])
     estimate, pairs = trend_exponent(x, factors * x**0.7)

@@ -8,6 +8,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from ..language.errors import InputError
 from ..language.wording import is_missing
 from ..store import StoredRun
 from .axis import CACHED_VALUES, Axis
-from .study import Joint, Study, comparable_values, indices_by_value, joint_of, known, resolve_cases
+from .study import Joint, Study, comparable_values, joint_of, known, resolve_cases
 
 # Main effects of swept values on a figure: medians over the values, share of the variation.
 
@@ -96,17 +97,20 @@ class MatchedCases(NamedTuple):
     levels: np.ndarray  # (levels,) the values of all cases on the axis, ascending
     codes: np.ndarray  # (pairs,) index in `levels`, -1: none
 
-    def table(self, values: np.ndarray, reduce: Callable[[np.ndarray], float] = np.median) -> MatchedTable:
+    def table(self, values: np.ndarray, *, largest: bool = False) -> MatchedTable:
         """Return values of the finished cases by group and level, for groups with such at two levels or more.
 
-        values : (cases,) NaN where unknown; `reduce` makes one number of those of several cases
+        values : (cases,) NaN where unknown; of those of several cases their median counts, or the `largest`
         """
-        known = (self.codes >= 0) & ~np.isnan(values[self.rows])
-        cells, inverse = np.unique(self.groups[known] * len(self.levels) + self.codes[known], return_inverse=True)
-        groups, row_of_cell = np.unique(cells // max(len(self.levels), 1), return_inverse=True)
+        of_pairs, level_count = values[self.rows], max(len(self.levels), 1)
+        known = (self.codes >= 0) & ~np.isnan(of_pairs)
+        numbers = self.groups[known] * level_count + self.codes[known]
+        cells, cell_of_pair, counts = np.unique(numbers, return_inverse=True, return_counts=True)
+        ordered, ends = of_pairs[known][np.lexsort((of_pairs[known], cell_of_pair))], np.cumsum(counts)
+        below, above = (1, 1) if largest else (counts // 2 + 1, (counts + 1) // 2)  # from the end of a cell
+        groups, row_of_cell = np.unique(cells // level_count, return_inverse=True)
         table = np.full((len(groups), len(self.levels)), np.nan)
-        for row, cell, of_cell in zip(row_of_cell, cells, indices_by_value(inverse, len(cells)), strict=True):
-            table[row, cell % len(self.levels)] = reduce(values[self.rows[known][of_cell]])
+        table[row_of_cell, cells % level_count] = 0.5 * (ordered[ends - below] + ordered[ends - above])
         is_compared = np.count_nonzero(~np.isnan(table), axis=1) > 1
         has_values = ~np.isnan(table[is_compared]).all(axis=0)
         return MatchedTable(groups[is_compared], self.levels[has_values], table[is_compared][:, has_values])
@@ -207,11 +211,9 @@ def slopes_beyond(sizes: np.ndarray, tail: float) -> int:
     tail : probability beyond either end
     """
     if (sizes * (sizes - 1) // 2).sum() > MAX_EXACT_PAIRS:
-        from scipy.special import ndtri  # loads in a fraction of the time of scipy.stats
-
         pairs = 0.5 * (sizes * (sizes - 1.0)).sum()
         deviation = math.sqrt((sizes * (sizes - 1.0) * (2.0 * sizes + 5.0)).sum() / 72.0)
-        return int(0.5 * pairs + ndtri(tail) * deviation - 0.5)
+        return int(0.5 * pairs + NormalDist().inv_cdf(tail) * deviation - 0.5)
     probabilities = np.ones(1)
     for size in sizes:
         for count in range(2, size + 1):  # the last of `count` values has any rank with equal probability

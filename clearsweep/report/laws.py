@@ -369,7 +369,7 @@ def compare_verdicts(study: Study, matched_cases: MatchedCases) -> Part:
     if EXCEEDED_COLUMN not in study.cases:
         return Part([], [], [])
     fails = (study.cases[EXCEEDED_COLUMN] != "").astype(float)
-    table = matched_cases.table(fails, np.max)
+    table = matched_cases.table(fails, largest=True)
     if not len(table.groups):
         return Part([], [], [])
     verdict_table = _verdict_table(study, matched_cases, fails, np.isin(matched_cases.groups, table.groups))
