@@ -65,7 +65,7 @@ def check_folder(path: Path) -> None:
 def open_regular(path: Path) -> BufferedReader:
     """Return a regular file opened for reading; DirectoryError for anything else, FileNotFoundError if missing."""
     with _reading(path):
-        return os.fdopen(_open_handle(path, os.O_RDONLY), "rb")
+        return open(path, "rb", opener=lambda *_: _open_handle(path, os.O_RDONLY))  # so that it has its name
 
 
 def open_lock(path: Path) -> FileIO:
@@ -93,13 +93,15 @@ def read_span(file: BufferedReader, offset: int, size: int) -> bytes:
 
     One call of the system may return less: over a network, after a signal, and beyond 2 GiB.
     """
-    parts: list[bytes] = []
-    while size and (part := os.pread(file.fileno(), size, offset)):
-        parts.append(part)
-        offset, size = offset + len(part), size - len(part)
-    if size:
-        raise EOFError(f"it ends {size:,} bytes early")
-    return parts[0] if len(parts) == 1 else b"".join(parts)
+    content = os.pread(file.fileno(), size, offset)
+    while 0 < len(content) < size:
+        part = os.pread(file.fileno(), size - len(content), offset + len(content))
+        if not part:
+            break
+        content += part
+    if len(content) < size:
+        raise EOFError(f"it ends {size - len(content):,} bytes early")
+    return content
 
 
 def checksum(path: Path) -> str:

@@ -244,20 +244,21 @@ class OrbitFiles:
         """Return `count` values of a batch's dataset from value `first` on, as bytes."""
         if not count:
             return b""  # a dataset without values has no offset in the file
-        file, path = self._file(number), self.run.batches[number].orbits
-        assert file is not None  # there are values
-        assert path is not None
-        if self.run.batches[number].cases is not None:
-            return self._read_merged(path, dataset, first // dataset.width, count // dataset.width)
-        if number not in self.handles:
+        handle = self.handles.get(number)
+        if handle is None:
+            file, path = self._file(number), self.run.batches[number].orbits
+            assert file is not None  # there are values
+            assert path is not None
+            if self.run.batches[number].cases is not None:
+                return self._read_merged(path, dataset, first // dataset.width, count // dataset.width)
             if len(self.handles) >= OPEN_FILES:
                 self.handles.pop(next(iter(self.handles))).close()
-            self.handles[number] = durable.open_regular(path)
-        size, start = dataset.dtype.itemsize, file.positions[dataset.path]
+            handle = self.handles[number] = durable.open_regular(path)
+        size, start = dataset.dtype.itemsize, self.files[number].positions[dataset.path]
         try:
-            return durable.read_span(self.handles[number], start + first * size, count * size)
+            return durable.read_span(handle, start + first * size, count * size)
         except EOFError as error:
-            raise durable.damaged_error(path, str(error)) from error
+            raise durable.damaged_error(Path(handle.name), str(error)) from error
 
     def _read_merged(self, path: Path, dataset: Dataset, first: int, count: int) -> bytes:
         """Return some items of a dataset of a file that a merge wrote, as bytes; its chunks stay decompressed."""
