@@ -321,6 +321,23 @@ def test_the_power_of_impacts_is_the_work_of_the_normal_force_on_the_contact(fig
     assert figures["impact_power"] == pytest.approx(lost / signals.period, rel=2e-3)
 
 
+def test_the_drive_supplies_what_dry_contact_friction_and_film_lose():
+    """Over turns that repeat; the pressure of a film is no impact, whichever way it does its work."""
+    film = {"law": "short", "viscosity": "1e-6 Pa*s", "transition": {"law": "ramp", "width": "20 um"}}
+    changes = {
+        "joints.rod-slider.contact": {"law": "flores", "stiffness": "5e9 N/m^1.5", "restitution": 0.5},
+        "joints.rod-slider.friction": {"law": "coulomb", "coefficient": 0.1, "velocity_scale": "10 mm/s"},
+        "joints.rod-slider.film": film,
+        "joints.rod-slider.length": "20 mm",
+        "vibration": {},
+        "simulate": {"revolutions": 14, "discard": 8},
+    }
+    figures = clearsweep.simulate(clearsweep.load_case(changed(GRID, changes))).summary
+    losses = [figures[name] for name in ("impact_power", "rod_slider_friction_power", "rod_slider_film_loss")]
+    assert min(losses) > 1e-4 * figures["drive_power_mean"]
+    assert sum(losses) == pytest.approx(figures["drive_power_mean"], rel=1e-3)
+
+
 def test_the_motion_of_the_frame_that_does_not_act_back_is_a_remark(scene, figures):
     message = clearsweep.simulate(scene).message
     assert f"frame-feedback: the frame moves at {1e3 * figures['frame_velocity_rms']:.3g} mm/s" in message

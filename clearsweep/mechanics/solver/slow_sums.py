@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
-from ...tracing.compiled.family import invoke, invoke_each, kernel
+from ...tracing.compiled.family import inlined, invoke, invoke_each, kernel
 from .. import observe
 from ..laws.contract import REPORTING, acts, touches
 from .collocation import WEIGHTS, dense_component, dense_state
@@ -480,8 +480,20 @@ def add_wear(pointer, h):
 
 
 #: Columns of `Work.recording` before the signals of the scene: dt/dx (s) for the fraction x of the step, a free column,
-#: torque (N m) and power (W) of the drive, and the power (W) that the normal forces of all contacts dissipate.
+#: torque (N m) and power (W) of the drive, and the power (W) that the dry normal forces dissipate.
 DURATION, FREE, DRIVE_TORQUE, DRIVE_POWER, DISSIPATED, SIGNALS = range(6)
+
+
+@inlined
+def _dry_normal_loss(work, j, row):
+    """Return the power (W) that the dry normal force of contact `j` loses beside a film: all but the others'."""
+    if not touches(work.mode[j]):
+        return 0.0
+    o, contacts = work.o, work.mode.size
+    tangential, slip = o[observe.column_of(j, observe.TANGENTIAL), row], o[observe.column_of(j, observe.SLIP), row]
+    others = o[observe.film_column(contacts, j, observe.FILM_POWER), row]
+    others += o[observe.film_column(contacts, j, observe.DRY_FRICTION_POWER), row]
+    return o[observe.column_of(j, observe.LOST), row] - tangential * slip - others
 
 
 @kernel
@@ -494,7 +506,9 @@ def record_signals(pointer, h):
         values[DRIVE_TORQUE, row], values[DRIVE_POWER, row] = o[observe.TORQUE, row], o[observe.DRIVE, row]
         dissipated = 0.0
         for j in range(work.mode.size):
-            if work.mode[j] != REPORTING:
+            if work.film[j, 1] < math.inf:
+                dissipated += _dry_normal_loss(work, j, row)
+            elif work.mode[j] != REPORTING:
                 dissipated += o[observe.column_of(j, observe.LOST), row]
         values[DISSIPATED, row] = dissipated
     for column in range(values.shape[0] - SIGNALS):

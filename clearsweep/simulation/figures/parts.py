@@ -269,7 +269,7 @@ VIBRATION = (
         "drive_power_reactive [W]: root mean square of the drive's power about its mean: what flows to and fro"
     ),
     of_vibration(
-        "impact_power [W]: energy that the normal forces of all contacts dissipate, per second: what impacts turn "
+        "impact_power [W]: energy that the normal forces of all dry contacts dissipate, per second: what impacts turn "
         "into noise and heat"
     ),
     of_vibration("vibration_turns [1]: whole revolutions in a stretch of the window with a spectrum", differs=False),
