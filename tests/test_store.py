@@ -356,7 +356,7 @@ def test_results_of_another_grid_are_refused_with_what_differs(mixed, change, na
     assert all(path.read_bytes() == content for path, content in before.items())
 
 
-def test_of_many_differences_to_another_grid_the_first_are_listed_and_the_others_counted(mixed):
+def test_of_many_differences_to_another_grid_the_first_are_listed_others_counted(mixed):
     _, run = mixed
     with pytest.raises(DirectoryError, match="contains the results of another grid") as caught:
         store.RunDirectory(run.directory).check(loaded({"mechanism": {"type": "four-bar"}} | grid(1, (GOOD,))))
