@@ -209,6 +209,8 @@ profile, figure = (_decorator(kind) for kind in ("profile", "figure"))
 
 def _recorder(law: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -> Callable[[Any], Any]:
     """Return the decorator of a law whose arguments are checked."""
+    if callable(law.name):
+        raise InputError(f'{law.file}:{law.line}: has no name; write @laws.{law.kind}("NAME", KEY="unit") above it')
     with _reported_at(law):
         _check_names(law, keys)
         fields = tuple(_field(law, name, described) for name, described in keys.items())

@@ -1,5 +1,6 @@
 """`clearsweep check`: error against run time, stability and cost of a user's own cases."""
 
+import copy
 import json
 import re
 from importlib import resources
@@ -154,8 +155,16 @@ def test_the_advice_tells_why_an_error_is_unknown_and_counts_failures_by_cause(t
     )
     case = result["cases"][0]
     assert case["yours"]["error"] is None
-    text = check_page.result_text(result, {})
+    text = check_page.result_text(result, lambda path, value: str(value))
     assert "contacts are missing" not in text
+
+
+def test_values_of_a_case_have_the_units_of_the_grid():
+    source = copy.deepcopy(PAIR) | {"define": {"gap": "0.1 mm"}, "sweep": {"define.gap": ["0.1 mm", "0.2 mm"]}}
+    source["joints"]["pair"]["clearance"] = "= gap"
+    text = check.text_of_values(grid.load(source, scene.catalogue()))
+    case = {"case_id": "0" * 16, "chosen_as": ["worst"], "values": {"define.gap": 2e-4}}
+    assert check_page.case_title(case, text) == "case 00000000 (worst): gap 0.2 mm"
 
 
 def advice_for(errors, milliseconds=(1.0, 1.1, 1.5), yours=1e-6):

@@ -75,7 +75,10 @@ HOSTILE = {
         GOOD.replace('"spring"', '"s\u0440ring"'),
         ":2: laws.elastic 's\u0440ring': its name is not valid",
     ),
-    "no call": (HEAD + "@laws.elastic\ndef f(penetration, p): return 1.0\n", "its name is not valid"),
+    "no call": (
+        HEAD + "@laws.elastic\ndef f(penetration, p): return 1.0\n",
+        ':2: has no name; write @laws.elastic("NAME", KEY="unit") above it',
+    ),
 }
 
 

@@ -100,6 +100,9 @@ def nearest_words(word: str, names: Iterable[str]) -> list[str]:
     equal_ignoring_case = [name for name in names if name.lower() == word.lower()]
     same_words = [name for name in names if _sorted_words(name) == _sorted_words(word)]
     matches = equal_ignoring_case or same_words or [name for name in names if name == OTHER_NAMES.get(word.lower())]
+    if not matches and "_" in word:  # 'force_peak' of a joint; 'rod_slider_period', which the machine has
+        has_joint = word.count("_") > 1
+        matches = [name for name in names if name.endswith(f"_{word}") or (has_joint and word.endswith(f"_{name}"))]
     return (matches or get_close_matches(word, names, 1, 0.7))[:1]
 
 

@@ -18,6 +18,7 @@ import numpy as np
 import clearsweep
 
 from .. import grid, store
+from ..answers.words import MIN_DIGITS, varied_text
 from ..contracts.results import OUTSIDE_MODEL
 from ..language import phases, wording
 from ..language.errors import InputError, quoted
@@ -280,6 +281,17 @@ class Options(NamedTuple):
     results: Path | None = None  # a run of the grid, from which the worst and the median case are taken
 
 
+def text_of_values(loaded: grid.Grid) -> Callable[[str, Any], str]:
+    """Return the function of a path and a varied value of a grid that returns it in the unit of the grid."""
+    units = grid.key_units(loaded.resolved(), scene.catalogue()) | {path: loaded.unit(path) for path in loaded.axes}
+    written = {path: unit._asdict() for path, unit in loaded.written_units.items()}
+
+    def text(path: str, value: Any) -> str:
+        return value if isinstance(value, str) else varied_text(path, value, units.get(path, "1"), written, MIN_DIGITS)
+
+    return text
+
+
 def check_grid(  # noqa: PLR0913 - one per option of the command
     source: Path,
     selection: Sequence[str] | int,
@@ -311,11 +323,10 @@ def check_grid(  # noqa: PLR0913 - one per option of the command
 
     trees = [base_tree(loaded.written_case(index)) for index in result.pop("indices")]
     levels = [{name: [level.text for level in group] for name, group in levels_of(tree).items()} for tree in trees]
-    units = grid.key_units(loaded.resolved(), scene.catalogue())
     content = json.dumps(result, indent=2, allow_nan=False)
     durable.replace(directory / "check.json", content.encode())
-    page = check_page.write_page(result, levels, units, directory / "check.html")
-    return content if as_json else f"{check_page.result_text(result, units)}\n{page}"
+    page = check_page.write_page(result, levels, text_of_values(loaded), directory / "check.html")
+    return content if as_json else f"{check_page.result_text(result, text_of_values(loaded))}\n{page}"
 
 
 def measure(loaded: grid.Grid, options: Options, report_progress: Report = lambda sentence: None) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The check of a grid in words: the text of the command line, and the page with its pictures."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,26 +27,25 @@ CELL_COLOURS = ("#D55E00", "#009E73")  # of failed and passed
 MAX_LISTED = 20  # failed variants in the text
 
 
-def result_text(result: Mapping[str, Any], units: Mapping[str, str]) -> str:
-    """Return the check as text: tables of each case, then the advice; units : SI unit by path."""
-    blocks = [_case_lines(case, units) for case in result["cases"]]
+ValueText = Callable[[str, Any], str]  # path, varied value -> text with its unit
+
+
+def result_text(result: Mapping[str, Any], text_of: ValueText) -> str:
+    """Return the check as text: tables of each case, then the advice."""
+    blocks = [_case_lines(case, text_of) for case in result["cases"]]
     return "\n".join([line for lines in blocks for line in (*lines, "")] + list(result["advice"]))
 
 
-def case_title(case: Mapping[str, Any], units: Mapping[str, str]) -> str:
+def case_title(case: Mapping[str, Any], text_of: ValueText) -> str:
     """Return the name of a case: its id, why it was chosen, its varied values."""
-    values = [
-        f"{wording.axis_name(path)} "
-        + (value if isinstance(value, str) else wording.quantity_text(value, units.get(path, "1"), 4))
-        for path, value in case["values"].items()
-    ]
+    values = [f"{wording.axis_name(path)} {text_of(path, value)}" for path, value in case["values"].items()]
     name = f"case {wording.short_id(case['case_id'])} ({', '.join(case['chosen_as'])})"
     return f"{name}: {', '.join(values)}" if values else name
 
 
-def _case_lines(case: Mapping[str, Any], units: Mapping[str, str]) -> list[str]:
+def _case_lines(case: Mapping[str, Any], text_of: ValueText) -> list[str]:
     methods = list(dict.fromkeys(row["method"] for row in case["ladder"]))
-    lines = [case_title(case, units), f"  {reference_sentence(case)}"]
+    lines = [case_title(case, text_of), f"  {reference_sentence(case)}"]
     if methods:
         lines.append("  tolerance" + "".join(f"{method:>24}" for method in methods))
         lines.append("           " + "".join(f"{'error':>12}{'ms/rev':>12}" for _ in methods))
@@ -103,7 +102,7 @@ def _cell_text(row: Mapping[str, Any] | None) -> str:
 Levels = Mapping[str, Sequence[str]]  # factor -> its levels in words
 
 
-def write_page(result: Mapping[str, Any], levels: Sequence[Levels], units: Mapping[str, str], out: Path) -> Path:
+def write_page(result: Mapping[str, Any], levels: Sequence[Levels], text_of: ValueText, out: Path) -> Path:
     """Write the check as a page; levels : the factors of each case."""
     sections = [Section("advice", "What to do", [Points(list(result["advice"]))])]
     for case, factors in zip(result["cases"], levels, strict=True):
@@ -111,7 +110,7 @@ def write_page(result: Mapping[str, Any], levels: Sequence[Levels], units: Mappi
         if case["stability"]["tried"]:
             pictures.append(_stability_picture(case, factors))
         blocks: list[Block] = [Points([reference_sentence(case)]), Gallery("", pictures), *_tables(case)]
-        sections.append(Section(f"case-{case['case_id']}", capitalise(case_title(case, units)), blocks))
+        sections.append(Section(f"case-{case['case_id']}", capitalise(case_title(case, text_of)), blocks))
     page = Page(
         name=result["grid"],
         subtitle="error against run time, stability and cost",
