@@ -338,6 +338,17 @@ def test_the_drive_supplies_what_dry_contact_friction_and_film_lose():
     assert sum(losses) == pytest.approx(figures["drive_power_mean"], rel=1e-3)
 
 
+def test_the_power_of_friction_loads_does_not_depend_on_vibration():
+    """Their powers stand between the observables of joints and the signals of vibration."""
+    grid = changed(grid_of("friction in a pin without clearance"), {"simulate": {"revolutions": 3, "discard": 0}})
+    without, figures = (
+        clearsweep.simulate(clearsweep.load_case(grid | more)).summary for more in ({}, {"vibration": {}})
+    )
+    powers = {name: value for name, value in without.items() if name.endswith("_friction_power")}
+    assert powers["rocker_ground_friction_power"] > 1.0
+    assert {name: figures[name] for name in powers} == powers
+
+
 def test_the_motion_of_the_frame_that_does_not_act_back_is_a_remark(scene, figures):
     message = clearsweep.simulate(scene).message
     assert f"frame-feedback: the frame moves at {1e3 * figures['frame_velocity_rms']:.3g} mm/s" in message

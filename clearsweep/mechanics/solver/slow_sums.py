@@ -380,12 +380,12 @@ def add_film_sums(pointer, h, j):
 
 @kernel
 def add_friction_loads(pointer, h):
-    """Add the work (J) of friction loads over a step of length `h`; the last observables are their powers."""
+    """Add the work (J) of friction loads over a step of length `h`; their powers are observed before the signals."""
     work = pointer[0]
     weights = STAGE_WEIGHTS if work.method.current == IMPLICIT else WEIGHTS
     work_of_loads = work.totals.friction
     for i in range(work_of_loads.size):
-        work_of_loads[i] -= h * stage_integral(work.o, work.o.shape[0] - work_of_loads.size + i, weights)
+        work_of_loads[i] -= h * stage_integral(work.o, work.signals - work_of_loads.size + i, weights)
 
 
 @kernel
