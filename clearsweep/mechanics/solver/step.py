@@ -96,10 +96,15 @@ def solve_stages(pointer):
     """Update the stages until they fulfil their equations; return whether they do.
 
     The iteration has converged when the remaining distance, estimated from the contraction, is at most SWEEP_TOLERANCE.
+    If the guess comes from an interpolant, one sweep may do; the contraction is then that of an earlier iteration.
     """
     step, last_change, last_contraction = pointer[0].step, sweep(pointer), 0.0
     if not last_change < math.inf:
         return False
+    rate = max(step.contraction, MIN_CONTRACTION)
+    if pointer[0].implicit.history.length > 0.0 and last_change * rate <= SWEEP_TOLERANCE * (1.0 - rate):
+        step.sweeps = 1.0
+        return True
     for count in range(1, MAX_SWEEPS):
         largest_change = sweep(pointer)
         if not largest_change < math.inf:
@@ -143,7 +148,8 @@ def note_contraction(pointer, is_solved):
     """
     step, stepper = pointer[0].step, pointer[0].stepper
     if step.preconditioned == 0.0:
-        stepper.slow = 0.0 if is_solved and step.contraction < preconditioner.SLOW_CONTRACTION else 1.0
+        is_fast = step.sweeps == 1.0 or step.contraction < preconditioner.SLOW_CONTRACTION
+        stepper.slow = 0.0 if is_solved and is_fast else 1.0
     elif not is_solved and stepper.rejections > 0.0:
         stepper.slow = 0.0
 
