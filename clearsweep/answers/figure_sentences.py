@@ -216,6 +216,9 @@ def found_sentences(answer: Answer, words: Words) -> Iterator[str]:
     yield from (words.record.get("found") or {}).get("sentences", ())
 
 
+LIMITED_BY = ", limited by "
+
+
 def seek_sentences(answer: Answer, words: Words) -> Iterator[str]:
     """Give the answers of `seek`, or what comes nearest where there is none."""
     section = words.record.get("seek") or {}
@@ -234,7 +237,9 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[str]:
         setting = words.setting(point) if row.get(f"seek.{paths[0]}") is not None or not every else ""
         is_alone = len(answer["search"]) == 1  # its border is a line of its own
         tail = f" (from there to {border} not known to be safe)" if border and not is_alone else ""
-        items.append(f"{f'{setting}: ' if setting else ''}{text}{tail}{cause}")
+        decides_there = is_alone and setting and cause.startswith(LIMITED_BY)
+        first = f"{setting}: " if setting else ""
+        items.append(f"{text}{cause} at {setting}" if decides_there else f"{first}{text}{tail}{cause}")
         borders += [border] if border and is_alone else []
     lead = f"The {direction} {names} within the limits{every}"
     if len(items) == 1:
@@ -280,7 +285,7 @@ def _sought(words: Words, row: Mapping[str, Any], path: str) -> tuple[str, str, 
     other = row["seek_high"] if "largest" in (words.record.get("seek") or {}) else row["seek_low"]
     by = wording.sentence_list([words.figure(name) for name in (limiting or "").split(",") if name])
     border = words.value(path, other) if row["seek_low"] != row["seek_high"] else ""
-    return text, border, f", limited by {by}" if by else ", the end of the range"
+    return text, border, f"{LIMITED_BY}{by}" if by else ", the end of the range"
 
 
 def optimise_sentences(answer: Answer, words: Words) -> Iterator[str]:
