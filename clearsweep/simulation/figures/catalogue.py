@@ -202,7 +202,8 @@ JOINT = (
     *LIFE,
     *parts.FLANKED,
     of_joint(
-        "restitution [1]: mean ratio of rebound speed to approach speed; 0: the surfaces never part; null: no rebound",
+        "restitution [1]: mean ratio of rebound speed to approach speed; 0: the surfaces never part; null: no rebound "
+        "after an approach of more than 1 mm/s",
         needs=("rests",),
         value=restitution,
         tables=shown("restitution", output=50, sample=50, effects=6),
