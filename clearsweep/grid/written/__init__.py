@@ -514,13 +514,13 @@ class OverriddenGrid(NamedTuple):
 
 def read_options(option: str, arguments: tuple[str, ...]) -> dict[str, str]:
     """Return path -> text of the `PATH=VALUE` arguments of an option; InputError for any other form."""
-    example = "drive.speed=3000rpm" if option == SET_OPTION else "drive.speed=1000rpm,3000rpm"
+    form, example = ("VALUE", "3000rpm") if option == SET_OPTION else ("A,B,C", "1000rpm,3000rpm")
     options: dict[str, str] = {}
     invalid = []
     for text in arguments:
         path, equals, value = (word.strip() for word in text.partition("="))
         if not equals or not path or not (value or option == SET_OPTION):
-            invalid.append(f"{option} {text}: expected PATH=VALUE, such as {option} {example}")
+            invalid.append(f"{option} {text}: expected PATH={form}, such as {option} drive.speed={example}")
         elif path in options:
             invalid.append(f"{option} {path}: is given twice; remove one of the two")
         options[path] = value
