@@ -129,8 +129,8 @@ def test_a_sample_holds_in_every_draw():
 def test_an_answer_says_where_its_limit_decides():
     record = record_of({FORCE: 500.0}, {}, UNITS, seek={"largest": CLEARANCE, "for": "all"})
     answer = {"question": "seek", "complete": True, "roles": {SPEED: "condition"}, "nearest": [], "cases": None}
-    found = {f"seek.{CLEARANCE}": 1e-4, "seek_low": 1e-4, "seek_high": 2e-4, "limiting": FORCE}
-    answer["search"] = [{SPEED: 65 * RPM, **found}]
+    bounds = {f"seek.{CLEARANCE}": 1e-4, "seek_low": 1e-4, "seek_high": 2e-4, "limiting": FORCE}
+    answer["search"] = [{SPEED: 65 * RPM, **bounds}]
     assert worded(answer, record, {FORCE: [1000.0]}) == (
         "The largest clearance within the limits at every crank speed: 0.1 mm, limited by force peak at crank speed 65 "
         "rpm.",

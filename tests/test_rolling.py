@@ -340,7 +340,7 @@ def test_figures_of_a_bearing_follow_from_its_histories():
 
 
 def test_the_power_of_impacts_is_the_energy_that_the_elements_lose():
-    """The fatigue loads of the rings, which are summed beside it, are no power."""
+    """The fatigue loads of the rings, which are summed next to it, are no power."""
     grid = slider_crank({"crank-rod": BALL}, revolutions=3, tolerance=1e-8) | {"vibration": {}}
     power = clearsweep.simulate(load_case(grid)).summary["impact_power"]
     run, _ = integrated(grid)

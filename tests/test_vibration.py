@@ -339,7 +339,7 @@ def test_the_drive_supplies_what_dry_contact_friction_and_film_lose():
 
 
 def test_the_power_of_friction_loads_does_not_depend_on_vibration():
-    """Their powers stand between the observables of joints and the signals of vibration."""
+    """Their powers are between the observables of joints and the signals of vibration."""
     grid = changed(grid_of("friction in a pin without clearance"), {"simulate": {"revolutions": 3, "discard": 0}})
     without, figures = (
         clearsweep.simulate(clearsweep.load_case(grid | more)).summary for more in ({}, {"vibration": {}})

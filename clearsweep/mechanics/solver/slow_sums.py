@@ -486,7 +486,7 @@ DURATION, FREE, DRIVE_TORQUE, DRIVE_POWER, DISSIPATED, SIGNALS = range(6)
 
 @inlined
 def _dry_normal_loss(work, j, row):
-    """Return the power (W) that the dry normal force of contact `j` loses beside a film: all but the others'."""
+    """Return the power (W) that the dry normal force of contact `j` loses if there is a film: all but the others'."""
     if not touches(work.mode[j]):
         return 0.0
     o, contacts = work.o, work.mode.size
