@@ -18,7 +18,7 @@ os.environ.setdefault("JE_ARROW_MALLOC_CONF", "background_thread:false")  # of a
 __version__ = "0.1.0"
 
 #: Changes whenever the numbers a case gives change; it is part of every case's identity.
-MODEL_VERSION = "29"
+MODEL_VERSION = "30"
 
 _HOMES = {
     "load_case": "simulation",

@@ -122,7 +122,7 @@ def test_the_layout_lists_clearance_joints_in_the_order_of_the_mechanism(base):
 
 def test_the_id_of_the_demo_case_is_pinned(at):
     """Changes only together with MODEL_VERSION or the keys of a case: else every stored result is orphaned."""
-    assert at(TEXT).case_id(0) == "380b5ce41b0f33c6"
+    assert at(TEXT).case_id(0) == "601185aafe0dd9df"
 
 
 SAME = {
