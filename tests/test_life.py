@@ -261,12 +261,11 @@ def test_clearance_growth_is_a_limit_as_well():
 
 @heavy
 @pytest.mark.parametrize("blocks", [2, 20])
-def test_what_does_not_wear_has_no_life_and_says_so(blocks):
+def test_what_does_not_wear_has_an_unlimited_life_and_says_so(blocks):
     result = lived({"joints.rod-slider.wear.coefficient": 0.0, "life.blocks": blocks})
     assert result.status == "ok"
-    assert result.summary["rod_slider_life_revolutions"] is None
-    assert result.summary["rod_slider_life_high"] is None
-    assert result.summary["rod_slider_life_low"] == 0.0
+    lives = ("revolutions", "hours", "low", "low_hours", "high")
+    assert [result.summary[f"rod_slider_life_{name}"] for name in lives] == [math.inf] * 5
     assert result.message.split(" | ")[-1] == ("unreached: rod-slider has no wear, so it never reaches life.limit")
 
 
@@ -313,6 +312,8 @@ def test_a_life_that_does_not_reach_its_limit_has_a_lower_bound(monkeypatch, cap
     assert summary["rod_slider_life_revolutions"] is None
     assert summary["rod_slider_life_high"] is None
     assert summary["rod_slider_life_low"] == result.history["revolutions"][-1] > 0.0
+    seconds = summary["rod_slider_life_low"] * 60.0 / 5000.0
+    assert summary["rod_slider_life_low_hours"] == pytest.approx(seconds / 3600.0, rel=1e-9)
     assert summary["rod_slider_clearance_growth"] > 0.0
     text = capsys.readouterr().err
     assert "block 1, 0\N{NO-BREAK SPACE}m of 0.900\N{NO-BREAK SPACE}mm: " in text

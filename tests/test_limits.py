@@ -30,10 +30,9 @@ def evaluated(limits, **columns):
     return LimitsAndFigures((), limits_of(limits)).evaluate(given)
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_a_figure_that_is_null_leaves_its_limit_undecided(value):
+def test_a_figure_that_is_null_leaves_its_limit_undecided():
     limits = {"force": {"at_most": 8.0, "at_least": -8.0}, "length": 1.0}
-    result = evaluated(limits, force=[4.0, value, value], length=[0.5, 0.5, 2.0])
+    result = evaluated(limits, force=[4.0, math.nan, math.nan], length=[0.5, 0.5, 2.0])
     assert result["limits_exceeded"].tolist() == ["", "", "length"]
     assert result["limits_undecided"].tolist() == ["", "force", "force"]
     assert result["margin"] == pytest.approx([0.5, math.nan, -1.0], nan_ok=True)
@@ -60,6 +59,29 @@ def test_a_null_counts_by_what_it_means(null, most, least):
         result = LimitsAndFigures((), limits).evaluate({"x": np.array([math.nan, 5.0])})
         names = [result[name].tolist() for name in ("limits_exceeded", "limits_undecided")]
         assert names == [[expected[0], ""], [expected[1], ""]]
+
+
+@pytest.mark.parametrize(
+    ("life", "floor", "most", "least"),
+    [
+        (math.inf, math.inf, ("x", ""), ("", "")),  # no wear
+        (math.nan, 6.0, ("x", ""), ("", "")),  # longer than the bound, though not run to its end
+        (math.nan, 5.0, ("", "x"), ("", "x")),
+        (math.nan, math.nan, ("", "x"), ("", "x")),
+    ],
+)
+def test_a_life_without_an_end_counts_by_what_is_known(life, floor, most, least):
+    columns = [Column("pin_life_hours", "h", "", figure="life_hours", joint="pin")]
+    values = {"pin_life_hours": np.array([life, 5.0]), "pin_life_low_hours": np.array([floor, 4.0])}
+    for kind, expected in (("at_most", most), ("at_least", least)):
+        verdict = LimitsAndFigures((), limits_of({"pin_life_hours": {kind: 5.0}}, columns))
+        assert verdict.required_columns() == values.keys()
+        result = verdict.evaluate(values)
+        names = [result[name].tolist() for name in ("limits_exceeded", "limits_undecided")]
+        assert names == [
+            [expected[0].replace("x", "pin_life_hours"), ""],
+            [expected[1].replace("x", "pin_life_hours"), ""],
+        ]
 
 
 def test_no_margin_is_beyond_a_float():

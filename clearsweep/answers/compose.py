@@ -231,6 +231,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
     counted = f"{source.layout.life}_life_hours" if answer["question"] == "life" else START_UP
     if counted in columns and answer["question"] in ("life", "start-up"):
         details["unreached"] = int(np.isnan(cases.numbers(counted)[cases.is_finished]).sum())
+        details["unlimited"] = int(np.isinf(cases.numbers(counted)).sum())
     if answer["question"] == "film" and (film := questions.film_answer(record, source.layout, cases)):
         details["film"] = film
     if answer["cases"] and answer["cases"]["added"]:
@@ -303,8 +304,8 @@ def identified_parameters(record: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _extremes(source: Source, cases: Cases, column: Any) -> dict[str, Any] | None:
-    """Return the smallest and the largest value of a figure with their cases; None if no case has it."""
-    values = cases.numbers(column.name)
+    """Return the smallest and the largest finite value of a figure with their cases; None if no case has one."""
+    values = np.where(np.isinf(cases.numbers(column.name)), np.nan, cases.numbers(column.name))
     if not np.isfinite(values).any():
         return None
     ends = {"smallest": int(np.nanargmin(values)), "largest": int(np.nanargmax(values))}

@@ -154,8 +154,11 @@ def life_sentences(answer: Answer, words: Words) -> Iterator[str]:
         yield f"It lasts{until}{interval}."
         if shortest.get("spread"):
             yield f"{shortest['spread']}."
-        if longest["case"] != shortest["case"]:
+        if longest["case"] != shortest["case"] and not answer.get("unlimited"):
             yield f"Longest: {longest_hours}{longest_interval}{place_text(words, longest)}."
+    if unlimited := answer.get("unlimited"):
+        count = wording.count_text(unlimited, "case")
+        yield f"{count} {'has' if unlimited == 1 else 'have'} no wear, so the life there is unlimited."
     if unreached := answer.get("unreached"):
         count = wording.count_text(unreached, "case")
         yield f"{count} did not reach the limit, so the life there is longer than the run."

@@ -324,8 +324,8 @@ def _margin_of(cases: Cases, row: int) -> dict[str, Any]:
     best: tuple[float, str] | None = None
     for limit, is_exceeded in zip(cases.limits, cases.assessment.exceeded[:, row], strict=True):
         if is_exceeded:
-            names = (limit.column, *((limit.times,) if limit.times else ()))
-            excess = float(limit.excess({name: cases.numbers(name)[row : row + 1] for name in names})[0])
+            numbers = {name: cases.numbers(name)[row : row + 1] for name in limit.required_columns}
+            excess = float(limit.excess(numbers)[0])
             if best is None or np.nan_to_num(excess, nan=np.inf) > np.nan_to_num(best[0], nan=np.inf):
                 best = excess, limit.column
     if best is None:

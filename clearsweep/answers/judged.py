@@ -122,7 +122,7 @@ class Cases:
     @cached_property
     def assessment(self) -> Assessment:
         """Return how the judged cases compare with the limits."""
-        names = {name for limit in self.limits for name in (limit.column, limit.times) if name}
+        names = {name for limit in self.limits for name in limit.required_columns}
         columns = {name: self.numbers(name) for name in names}
         return LimitsAndFigures((), self.limits).assess(columns, self.is_finished)
 

@@ -43,7 +43,7 @@ class CaseRanking(NamedTuple):
     def columns(self) -> tuple[str, ...]:
         """Return all columns that the ranking needs."""
         names = dict.fromkeys(name for candidate in self.candidates for name in candidate.columns)
-        names |= dict.fromkeys(limit.times for limit in self.limits if limit.times)
+        names |= dict.fromkeys(name for limit in self.limits for name in (limit.times, limit.floor) if name)
         return (*names, EXCEEDED_COLUMN, UNDECIDED_COLUMN) if MARGIN_COLUMN in names else tuple(names)
 
     def worst_values(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -75,7 +75,7 @@ class CaseRanking(NamedTuple):
         is_beyond = np.isneginf(values)
         if not self.limits or not is_beyond.any():
             return severity
-        needed = {name for limit in self.limits for name in (limit.column, limit.times) if name}
+        needed = {name for limit in self.limits for name in limit.required_columns}
         numbers = {name: np.asarray(columns[name], float) for name in needed}
         excess = np.zeros(len(values))
         for limit in self.limits:

@@ -13,6 +13,7 @@ from ..language.quantity import WrittenUnit
 
 EXCEEDED_COLUMN, UNDECIDED_COLUMN, MARGIN_COLUMN = "limits_exceeded", "limits_undecided", "margin"  # columns
 KINDS = ("at_most", "at_least")
+_FLOORS = {"life_revolutions": "life_low", "life_hours": "life_low_hours"}  # figure -> what it exceeds where missing
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,13 @@ class Limit:
     value: float  # SI: unit of the column over that of `times`
     times: str = ""  # another column, of which the bound is a multiple, or ''
     null: str = ""  # meaning of a missing value, see `contracts.layout.Column`
+    floor: str = ""  # another column, which a missing value is known to exceed, or ''
     written: WrittenUnit | None = field(default=None, compare=False)  # the unit in which the grid has it
+
+    @property
+    def required_columns(self) -> tuple[str, ...]:
+        """Return the columns that decide whether the limit is met."""
+        return tuple(name for name in (self.column, self.times, self.floor) if name)
 
     def bound_text(self, unit: str) -> str:
         """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
@@ -47,25 +54,34 @@ class Limit:
     def is_exceeded(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return a mask of the cases beyond the bound; a value equal to it meets it.
 
-        A missing value that means "infinite" exceeds every upper bound.
+        Infinity, and a missing value that means it, exceeds every upper bound, a missing one with a floor above it too.
         """
         values, bounds = columns[self.column], self.limit_values(columns)
         with np.errstate(invalid="ignore"):
             is_beyond: np.ndarray = values > bounds if self.kind == KINDS[0] else values < bounds
-        is_beyond &= np.isfinite(values) & np.isfinite(bounds)
+        is_beyond &= np.isfinite(bounds)
         if self.null == ENDLESS and self.kind == KINDS[0]:
-            is_beyond |= ~np.isfinite(values)
+            is_beyond |= np.isnan(values)
+        if self.floor and self.kind == KINDS[0]:
+            is_beyond |= self._has_floor_beyond(columns)
         return is_beyond
 
     def is_undecided(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return a mask of the cases that the limit cannot assess: value or bound is missing.
 
         A missing value that means "nothing to measure" meets every limit, one that means "infinite" every lower bound.
+        One with a floor above the bound is decided.
         """
-        is_missing = ~np.isfinite(columns[self.column])
+        is_missing = np.isnan(columns[self.column])
         has_bound = np.isfinite(self.limit_values(columns))
         undecided: np.ndarray = ~is_missing & ~has_bound if self.null else is_missing | ~has_bound
-        return undecided
+        return undecided & ~self._has_floor_beyond(columns) if self.floor else undecided
+
+    def _has_floor_beyond(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return a mask of the missing values that are known to be above the bound."""
+        bounds = self.limit_values(columns)
+        is_above: np.ndarray = np.isnan(columns[self.column]) & np.isfinite(bounds) & (columns[self.floor] > bounds)
+        return is_above
 
     def excess(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
         """Return by how much each value exceeds the bound, in the column's unit; negative within it, NaN: unknown."""
@@ -117,7 +133,7 @@ class LimitsAndFigures(NamedTuple):
         """Return the columns that the verdict needs."""
         defined = {figure.name for figure in self.figures}
         referenced = {name for figure in self.figures for name in expression.names_in(figure.text)}
-        referenced |= {name for limit in self.limits for name in (limit.column, limit.times) if name}
+        referenced |= {name for limit in self.limits for name in limit.required_columns}
         return referenced - defined
 
     def evaluate_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
@@ -209,13 +225,15 @@ def limits_of(
 
     columns : columns of the summary, with the meaning of missing values; written_units : as in run.json
     """
-    limits, nulls = [], {column.name: column.null for column in columns}
+    limits, by_name = [], {column.name: column for column in columns}
     for name, threshold in section.items():
         bounds = threshold if isinstance(threshold, Mapping) else {KINDS[0]: threshold}
         unit = (written_units or {}).get(f"limits.{name}")
         written = WrittenUnit(**unit) if unit else None
-        times, null = bounds.get("times", ""), nulls.get(name, "")
-        limits += [Limit(name, kind, bounds[kind], times, null, written) for kind in KINDS if kind in bounds]
+        column, times = by_name.get(name), bounds.get("times", "")
+        null = column.null if column else ""
+        floor = f"{column.joint}_{_FLOORS[column.figure]}" if column and column.figure in _FLOORS else ""
+        limits += [Limit(name, kind, bounds[kind], times, null, floor, written) for kind in KINDS if kind in bounds]
     return tuple(limits)
 
 

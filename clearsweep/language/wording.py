@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 _SUPERSCRIPTS = str.maketrans("-0123456789.", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹·")
 BLANK = "\u00a0"  # keeps number and unit on one line
 DASH, TIMES, MINUS = "\u2013", "\u00d7", "\u2212"
+UNLIMITED = "unlimited"  # for infinity
 SHORT_ID = 8  # characters of a case_id: 10,000 cases collide in one run of a hundred
 _RAD_PER_S_OF_RPM = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 
@@ -82,8 +83,10 @@ class Scale(NamedTuple):
         return (values - self.offset) / self.factor
 
     def number_text(self, value: float | None, digits: int = 3) -> str:
-        """Return an SI value as a formatted number without unit; a dash for a missing value."""
-        return DASH if value is None or is_missing(value) else number_text(self.from_si(float(value)), digits)
+        """Return an SI value as a formatted number without unit; a dash for a missing value, a word for infinity."""
+        if value is None or is_missing(value):
+            return DASH
+        return UNLIMITED if value == math.inf else number_text(self.from_si(float(value)), digits)
 
     def text(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as number and unit."""
@@ -99,7 +102,7 @@ class Scale(NamedTuple):
 
     def with_unit(self, number: str) -> str:
         """Return a number, or a list of numbers, followed by the unit."""
-        if number == DASH or not self.unit:
+        if number in (DASH, UNLIMITED) or not self.unit:
             return number
         separator = f"{BLANK}{TIMES}{BLANK}" if self.unit.startswith("10") else "" if self.unit == "°" else BLANK
         return f"{number}{separator}{self.unit}"

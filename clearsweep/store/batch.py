@@ -37,6 +37,7 @@ from .datasets import (
     h5py,
     ids_of_texts,
     is_plausible,
+    largest_of,
     offset_datasets,
     values_of,
     words_of,
@@ -193,7 +194,8 @@ def summary_table(result_schema: ResultSchema, rows: list[Row]) -> pa.Table:
     layout, trajectories = result_schema.layout, [row.trajectory for row in rows]
     columns |= _values_by_column([axis.path for axis in result_schema.axes], [row.point for row in rows])
     columns |= _values_by_column([column.name for column in layout.columns], [path.summary for path in trajectories])
-    return pa.Table.from_arrays([column_of(columns[field.name], field.type) for field in schema], schema=schema)
+    arrays = [column_of(columns[field.name], field.type, largest_of(field.name)) for field in schema]
+    return pa.Table.from_arrays(arrays, schema=schema)
 
 
 def _values_by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
@@ -343,7 +345,7 @@ def check_rows(file: pq.ParquetFile, result_schema: ResultSchema) -> None:
     for first in range(0, len(schema), COLUMNS_AT_ONCE):
         table = file.read(schema.names[first : first + COLUMNS_AT_ONCE], use_threads=False)
         for name, column in zip(table.schema.names, table.columns, strict=True):
-            if not all(map(is_plausible, column.chunks)):
+            if not all(is_plausible(chunk, largest_of(name)) for chunk in column.chunks):
                 raise MisshapenError(f"{name} has values that no run writes")
 
 

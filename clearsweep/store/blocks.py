@@ -150,7 +150,7 @@ def _is_complete(mark: dict[str, Any]) -> bool:
             for extremes in ranges.values()
         )
         and isinstance(counts, dict)
-        and isinstance(counts.get("unreached"), int)
+        and all(isinstance(counts.get(name), int) for name in ("unreached", "unlimited"))
         and all(
             isinstance(counts.get(name), dict) and all(isinstance(count, int) for count in counts[name].values())
             for name in _COUNT_SECTIONS

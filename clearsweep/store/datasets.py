@@ -15,6 +15,7 @@ import pyarrow as pa
 from isal import isal_zlib
 
 from ..contracts import results
+from ..contracts.catalogue import LIVES
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from . import durable
 from .record import MisshapenError
@@ -23,7 +24,7 @@ from .record import MisshapenError
 # Columns of Arrow tables: their fields, and their values as arrays of numpy and back, without loading pandas.
 
 
-LARGEST = 1e100  # size of a number in results, far above that of a grid; beyond, and if it is not finite, it is null
+LARGEST = 1e100  # size of a number in results, far above that of a grid; beyond it is null, but see `largest_of`
 
 
 def field_of(column: Column) -> pa.Field:
@@ -32,15 +33,15 @@ def field_of(column: Column) -> pa.Field:
     return pa.field(column.name, types[column.kind], metadata={"unit": column.unit, "description": column.description})
 
 
-def column_of(values: list, kind: pa.DataType) -> pa.Array:
-    """Return a column, null where None or beyond LARGEST; pa.array would import pandas, 0.4 s in every worker."""
+def column_of(values: list, kind: pa.DataType, largest: float = LARGEST) -> pa.Array:
+    """Return a column, null where None or beyond `largest`; pa.array would import pandas, 0.4 s in every worker."""
     if kind == pa.string():
         valid = np.array([value is not None for value in values], bool)
         texts = [(value or "").encode() for value in values]
         content = [np.cumsum([0, *map(len, texts)]).astype("i4"), b"".join(texts)]
     else:
         numbers = np.array(values, float)  # None is NaN
-        valid = np.abs(numbers) <= LARGEST  # False for NaN
+        valid = np.abs(numbers) <= largest  # False for NaN
         exact_values = numbers if kind == pa.float64() else np.array(values, object)  # a count may exceed 2**53
         content = [np.where(valid, exact_values, 0).astype(kind.to_pandas_dtype())]
     return array_of([np.packbits(valid, bitorder="little"), *content], kind, len(values))
@@ -51,11 +52,16 @@ def array_of(buffers: list, kind: pa.DataType, count: int) -> pa.Array:
     return pa.Array.from_buffers(kind, count, [None if buffer is None else pa.py_buffer(buffer) for buffer in buffers])
 
 
-def is_plausible(column: pa.Array) -> bool:
-    """Return whether all values of a column can be from `column_of`: its numbers are up to LARGEST, or null."""
+def largest_of(name: str) -> float:
+    """Return the largest size of a number in a column; a life may be infinite."""
+    return np.inf if name.endswith(LIVES) else LARGEST
+
+
+def is_plausible(column: pa.Array, largest: float) -> bool:
+    """Return whether all values of a column can be from `column_of`: its numbers are up to `largest`, or null."""
     if column.type != pa.float64():
         return True
-    valid_count = np.count_nonzero(np.abs(values_of(column)) <= LARGEST)
+    valid_count = np.count_nonzero(np.abs(values_of(column)) <= largest)
     return bool(valid_count == len(column) - column.null_count)
 
 

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 from ..language.errors import ClearsweepError, DirectoryError
 from . import durable
 from .batch import GROUP_ROWS, open_table
-from .datasets import Hdf5, Stored, h5py, id_text, is_plausible, open_orbits
+from .datasets import Hdf5, Stored, h5py, id_text, is_plausible, largest_of, open_orbits
 from .directory import IDS_FILE, ORBITS_FILE, SUMMARY_FILE
 from .record import MisshapenError, damaged_error
 
@@ -170,7 +170,9 @@ def plausible(rows: T) -> T:
     """Return rows of a table; MisshapenError if a number is not finite or if a case has no identity or status."""
     for field, column in zip(rows.schema, rows.columns, strict=True):
         chunks = column.chunks if isinstance(column, pa.ChunkedArray) else [column]
-        if not all(map(is_plausible, chunks)) or (field.name in ("case_id", "status") and column.null_count):
+        if not all(is_plausible(chunk, largest_of(field.name)) for chunk in chunks) or (
+            field.name in ("case_id", "status") and column.null_count
+        ):
             raise MisshapenError(f"{field.name} has values that no run writes")
     return rows
 

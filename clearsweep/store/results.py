@@ -46,7 +46,7 @@ def read_results(
     case_margins: list[np.ndarray] = []
     limits = result_schema.verdict.limits
     margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in limits}
-    limited_columns = {name for limit in limits for name in (limit.column, limit.times) if name}
+    limited_columns = {name for limit in limits for name in limit.required_columns}
     for group in summary_groups(run, summary_schema(result_schema), rows):
         table = add_verdict_columns(result_schema.verdict, group)
         status += table["status"].to_pylist()

@@ -123,13 +123,15 @@ class LifeExtremes:
         self.joint = layout.life
         self.columns = [*self.columns_by_name.values()]
         self.until = life_criterion_text(section)
-        self.unreached = 0
+        self.unreached = self.unlimited = 0  # number of lives
         self.extremes: dict[str, dict[str, Any]] = {}  # key of COMPARISONS -> the case
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
         """Add finished cases; describe : index in the block -> description of the case."""
         hours = block[self.columns[0]].astype(float)
         self.unreached += int(np.isnan(hours).sum())
+        self.unlimited += int(np.isinf(hours).sum())
+        hours[np.isinf(hours)] = np.nan
         if np.isnan(hours).all():
             return
         for index in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
@@ -142,8 +144,9 @@ class LifeExtremes:
                     self.extremes[key] = entry
 
     def facts(self) -> dict[str, Any] | None:
-        """Return both lives and the number of cases that did not reach their limit, for JSON, or None without lives."""
-        facts = {"joint": self.joint, "until": self.until, **self.extremes, "unreached": self.unreached}
+        """Return both lives and the numbers of unreached and unlimited ones, for JSON, or None without lives."""
+        counts = {"unreached": self.unreached, "unlimited": self.unlimited}
+        facts = {"joint": self.joint, "until": self.until, **self.extremes, **counts}
         return facts if self.columns else None
 
 
@@ -225,8 +228,10 @@ class WorstCases:
         figures = []
         for name in candidate.columns:
             value = float(block[name][index])
-            figures.append({"column": name, "value": None if np.isnan(value) else value})
-            if name == MARGIN_COLUMN:
+            figures.append({"column": name, "value": value if np.isfinite(value) else None})
+            if value == np.inf:
+                figures[-1]["words"] = wording.UNLIMITED
+            elif name == MARGIN_COLUMN:
                 figures[-1]["words"] = case_margin_text(value, self.limits, block[EXCEEDED_COLUMN][index] or "")
         return {"joint": candidate.joint or joint, "force_peak": peak, "figures": figures}
 
@@ -307,6 +312,7 @@ class RunFacts:
             "remarks": {"cases": self.remarks.cases, **self.remarks.counts},
             **{name: dict(counter) for name, counter in self.limits.counters.items()},
             "unreached": self.lives.unreached,
+            "unlimited": self.lives.unlimited,
         }
 
     def _replace_counts(self, counts: list[dict[str, Any]]) -> None:
@@ -315,6 +321,7 @@ class RunFacts:
         self.limits.counters = {name: sum_counts(counts, name) for name in self.limits.counters}
         self.remarks.replace_counts(sum_counts(counts, "remarks"))
         self.lives.unreached = sum(count["unreached"] for count in counts)
+        self.lives.unlimited = sum(count["unlimited"] for count in counts)
 
 
 class _LimitCounts:
@@ -323,7 +330,7 @@ class _LimitCounts:
     def __init__(self, record: Mapping[str, Any]):
         self.verdict = limits_and_figures_of(record)
         self.units = units_of(record)
-        limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
+        limited = {name for limit in self.verdict.limits for name in limit.required_columns}
         self.columns = [EXCEEDED_COLUMN, UNDECIDED_COLUMN, MARGIN_COLUMN, *sorted(limited)] if limited else []
         self.counters: dict[str, Counter[str]] = {
             "limits": Counter(cases=0, any=0, unknown=0),  # all cases, and those beyond, or undecided by, any limit

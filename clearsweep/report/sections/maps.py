@@ -166,6 +166,7 @@ def _mapped_axes(study: Study, joint: Joint, ranked: list[Axis]) -> list[Axis]:
 def _value_range(maps: list[FigureMap], name: str) -> tuple[float, float]:
     """Return the ends (SI) of a figure in all of its maps."""
     tables = [figure_map.table for figure_map in maps if figure_map.name == name]
+    tables = [np.where(np.isinf(table), np.nan, table) for table in tables]  # lives without wear
     return min(float(np.nanmin(table)) for table in tables), max(float(np.nanmax(table)) for table in tables)
 
 
@@ -207,7 +208,7 @@ def _map_picture(study: Study, figure_map: FigureMap, value_range: tuple[float, 
     caption = f"{reduction_name} over {wording.sentence_list(others)}." if others else "Each cell is one case."
     finite = table[np.isfinite(table)]
     lowest, highest = (scale.text(value) for value in (finite.min(), finite.max())) if finite.size else ("", "")
-    if np.isinf(table).any():
+    if np.isinf(table).any() and figure_map.column == START_UP:
         revolutions = value_at(study.base, "simulate.revolutions")
         end_text = f" after {revolutions:g} revolutions" if isinstance(revolutions, int | float) else ""
         caption += f" In a cell marked as cut off, at least one case ends{end_text}, before the motor's speed."
@@ -223,7 +224,8 @@ def _map_picture(study: Study, figure_map: FigureMap, value_range: tuple[float, 
         colours = ColourScale(low, high, is_log=comparison.needs_log_scale(np.array([low, high])))
         for place, value in np.ndenumerate(numbers):
             number = wording.number_text(value, 3) if np.isfinite(value) else wording.DASH
-            texts[place] = CUT_OFF if np.isinf(value) else f"{number}\n{UNSAFE}" if unsafe[place] else number
+            infinite = CUT_OFF if figure_map.column == START_UP else wording.UNLIMITED
+            texts[place] = infinite if np.isinf(value) else f"{number}\n{UNSAFE}" if unsafe[place] else number
         longest = max((len(line) for text in texts.flat for line in text.split("\n")), default=1)
         is_dark = np.isfinite(numbers) & (colours.fractions(numbers) < DARK_FRACTION)
         size = cell_font_size(table.shape[1], longest)

@@ -558,7 +558,7 @@ def limit_counts(study: Study) -> LimitCounts:
 
 def limit_columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
     """Return the columns that a limit uses."""
-    return {name: study.cases[name] for name in (limit.column, limit.times) if name}
+    return {name: study.cases[name] for name in limit.required_columns}
 
 
 def with_note(study: Study, section: Section) -> Section:

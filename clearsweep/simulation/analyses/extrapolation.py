@@ -85,7 +85,7 @@ class Life(NamedTuple):
 
     nodes: tuple[Node, ...]  # from 0 to the limit, or to the last block
     reached: bool
-    low: float  # revolutions, lower end of the 95 % interval; nan: unknown
+    low: float  # revolutions, lower end of the 95 % interval; inf: the limit is never reached
     high: float  # inf: unbounded
     jump_error: float  # relative change of the life without every other block; nan: limit not reached
     shape_error: float  # relative error of the life by smoothing and bins; nan as above
@@ -95,6 +95,16 @@ class Life(NamedTuple):
     def revolutions(self) -> float:
         """Return the revolutions to the limit, or to the last node if it was not reached."""
         return self.nodes[-1].revolutions
+
+    @property
+    def unlimited(self) -> bool:
+        """Return whether nothing wears towards the limit."""
+        return math.isinf(self.low)
+
+    @property
+    def known_revolutions(self) -> float:
+        """Return the revolutions to the limit; inf: it is never reached, nan: it was not reached."""
+        return self.revolutions if self.reached else math.inf if self.unlimited else math.nan
 
 
 def extrapolate_life(
@@ -115,11 +125,11 @@ def extrapolate_life(
         node = nodes[-1]
         largest_rate = max(float(node.rate[group].max(initial=0.0)) for group in settings.groups)
         if largest_rate == 0.0:
-            break
+            return _unreached(nodes, blocks, math.inf)
         remaining = revolutions_to(settings.limit, criterion, node, largest_rate)
         if settings.constant_rates:
             if math.isinf(remaining):
-                break
+                return _unreached(nodes, blocks, math.inf)
             nodes.append(Node(remaining, node.state + remaining * node.rate, node.rate, first_block))
             return _interval(nodes, blocks, criterion, settings)
         jump = max(min(jump, settings.max_jump, OVERSHOOT * remaining), settings.min_jump)
@@ -155,7 +165,11 @@ def extrapolate_life(
             math.sqrt(allowed / moved) if moved else math.inf,
         )
         jump, is_repeated = jump * longest, False
-    low = nodes[-1].revolutions
+    return _unreached(nodes, blocks, nodes[-1].revolutions)
+
+
+def _unreached(nodes: list[Node], blocks: int, low: float) -> Life:
+    """Return a life that did not reach its limit; low : revolutions that it lasts at least."""
     return Life(
         tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, shape_error=math.nan, blocks=blocks
     )

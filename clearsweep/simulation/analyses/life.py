@@ -372,11 +372,13 @@ class LifeRun:
     def figures(self, life: Life) -> dict[str, float | int | None]:
         """Return the figures of a life, by column of the summary."""
         last_node, target = life.nodes[-1], self.target.column
+        hours = last_node.state[-1] / HOUR
         numbers = {
-            f"{target}_life_revolutions": life.revolutions if life.reached else math.nan,
-            f"{target}_life_hours": last_node.state[-1] / HOUR if life.reached else math.nan,
+            f"{target}_life_revolutions": life.known_revolutions,
+            f"{target}_life_hours": hours if life.reached else life.known_revolutions,
             f"{target}_life_low": life.low,
-            f"{target}_life_high": life.high,
+            f"{target}_life_low_hours": hours * (life.low / life.revolutions) if life.revolutions else life.low,
+            f"{target}_life_high": life.high if life.unlimited or math.isfinite(life.high) else math.nan,
             f"{target}_life_jump_error": life.jump_error,
             f"{target}_life_shape_error": life.shape_error,
         }
@@ -385,7 +387,7 @@ class LifeRun:
             for worn in self.worn_joints
         }
         figures: dict[str, float | int | None] = {
-            name: float(value) if math.isfinite(value) else None for name, value in numbers.items()
+            name: None if math.isnan(value) else float(value) for name, value in numbers.items()
         }
         return figures | {f"{target}_life_blocks": life.blocks}
 
@@ -396,7 +398,7 @@ class LifeRun:
         if worn := self.conformal_joint:
             joint, last_state = self.scene.case.joints[worn.joint_index], life.nodes[-1].state
             return conformal_remark(joint, float(last_state[worn.all_bins].max()), life.revolutions)
-        if life.revolutions == 0.0:
+        if life.unlimited:
             return f"{LIFE_UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
         return (
             f"{LIFE_UNREACHED}{self.life.joint} does not reach life.limit in {life.revolutions:.6g} revolutions, after "
@@ -512,5 +514,5 @@ def failures(lives: dict[str, BoundingLife]) -> tuple[str, ...]:
 def figures(column: str, lives: dict[str, BoundingLife]) -> dict[str, float | None]:
     """Return both ends of a joint's life by column, with None for unknown ones; more wear means a shorter life."""
     sides = {"low": lives[HIGH].life, "high": lives[LOW].life}
-    turns = {end: life.revolutions if life and life.reached else math.nan for end, life in sides.items()}
-    return {f"{column}_life_{end}_uncertain": each if math.isfinite(each) else None for end, each in turns.items()}
+    turns = {end: life.known_revolutions if life else math.nan for end, life in sides.items()}
+    return {f"{column}_life_{end}_uncertain": None if math.isnan(each) else each for end, each in turns.items()}

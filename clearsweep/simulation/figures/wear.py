@@ -150,24 +150,28 @@ of_life = partial(of_joint, needs=("limited",), differs=False)
 of_uncertain = partial(of_life, needs=("limited", "uncertain"))
 LIFE = (
     of_life(
-        "life_revolutions [1]: revolutions until `life.limit` is reached; null: not reached",
+        "life_revolutions [1]: revolutions until `life.limit` is reached; infinite: no wear; null: not reached, so "
+        "longer than `J_life_low`",
         tables=shown("life (rev.)", wear=1, sample=7) + shown("life", effects=3),
     ),
     of_life(
-        "life_hours [h]: hours until `life.limit` is reached; null: not reached", tables=shown("life (hours)", wear=2)
+        "life_hours [h]: hours until `life.limit` is reached; infinite: no wear; null: not reached, so longer than "
+        "`J_life_low_hours`",
+        tables=shown("life (hours)", wear=2),
     ),
     of_life(
         "life_low [1]: lower end of the 95 % interval of the life (numerics only), revolutions; without reaching the "
-        "limit: the revolutions run",
+        "limit: the revolutions run; infinite: no wear",
         tables=shown("life, low (rev.)", wear=3),
     ),
+    of_life("life_low_hours [h]: lower end of the same interval, hours; without reaching the limit: the hours run"),
     of_life(
-        "life_high [1]: upper end of the same interval, revolutions; null: unbounded or unknown",
+        "life_high [1]: upper end of the same interval, revolutions; infinite: no wear; null: unknown",
         tables=shown("life, high (rev.)", wear=4),
     ),
     of_uncertain(
         "life_low_uncertain [1]: revolutions of the life with the uncertain wear coefficients at the upper ends of "
-        "their 95 % intervals; null: that life did not reach the limit or failed (see `message`)",
+        "their 95 % intervals; infinite: no wear; null: that life did not reach the limit or failed (see `message`)",
         tables=shown("life, low, uncertain (rev.)", wear=4),
     ),
     of_uncertain(
