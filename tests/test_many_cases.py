@@ -149,7 +149,7 @@ def test_one_contact_and_several_are_of_one_form_to_the_loop():
 
 #: Fields of a Work that the type of a scene decides, and those that are written before they are read.
 OF_TYPE = {"apart", "pressed", "reset_by", "contact", "modes", "next_mode", "at_start"}
-OF_TYPE |= {"has_histogram", "counted", "ends_run", "column", "sign"}
+OF_TYPE |= {"has_histogram", "resultant", "counted", "ends_run", "column", "sign"}
 SCRATCH = {
     "end",
     "z",

@@ -334,6 +334,9 @@ def test_figures_of_a_bearing_follow_from_its_histories():
     forces = np.array([trajectory[f"joints/crank_rod/element_{k + 1}_force"] for k in range(7)])
     assert forces.max() <= summary["crank_rod_element_load_max"] <= 1.05 * forces.max()
     assert summary["crank_rod_elements_loaded_max"] == (forces > 0.0).sum(axis=0).max()
+    touching = (forces > 0.0).any(axis=0).mean()
+    assert (forces > 0.0).mean(axis=1).max() < touching - 0.1
+    assert summary["crank_rod_contact_fraction"] == pytest.approx(touching, abs=5e-3)
     assert summary["crank_rod_static_safety"] == pytest.approx(11600.0 / summary["crank_rod_force_peak"], rel=1e-14)
     distance = np.hypot(trajectory["joints/crank_rod/x"], trajectory["joints/crank_rod/y"])
     assert distance.max() <= summary["crank_rod_eccentricity_max"] <= 1.002 * distance.max()

@@ -186,6 +186,7 @@ class Work(NamedTuple):
     clearance: np.ndarray  # (c,) m
     has_friction: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
     has_histogram: np.ndarray  # (c,) int64, whether its force has a histogram: 1, else 0
+    resultant: np.ndarray  # (c,) int64, contact that is the resultant of this and others; -1: none
     film: Annotated[np.ndarray, 2]  # (c,) m, depth beyond which a film takes load, and limit of its formula; inf: never
     stepper: Stepper
     f: Annotated[np.ndarray, STAGES]  # (n,) the interpolant, see `collocation.dense_component`

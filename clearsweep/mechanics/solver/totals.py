@@ -230,7 +230,7 @@ class ContactTotals(Fields):
     """Figures of the window for a contact, then quantities of its present contact."""
 
     force_square: observe.Resultant  # N^2 s
-    contact_time: observe.Largest  # s
+    contact_time: observe.Resultant  # s; of a resultant, in which any of its contacts touches
     binned_time: float  # s, in the histogram
     force_max: observe.Resultant  # N
     force_max_to_target: observe.Resultant  # N, its value when a free crank reaches its target speed
@@ -307,12 +307,17 @@ def accumulate_step(work):
     in_window, peaks = work.stepper.in_window != 0.0, work.revolutions
     work.step.needs_peak_search = 0.0
     add_powers(work, in_window)
+    latest_resultant = -1  # whose time in contact has this step
     for j in range(work.mode.size):
         duration = work.end[work.time] - work.y[work.time]
         peaks.peak_since_mark[j] = max(peaks.peak_since_mark[j], peaks.step_peak[j])  # of the step before
         peaks.step_peak[j] = 0.0
         if in_window and touches(work.mode[j]):
             work.totals.joint[j].contact_time += duration
+            resultant = work.resultant[j]
+            if resultant > latest_resultant:
+                work.totals.joint[resultant].contact_time += duration
+                latest_resultant = resultant
         if acts(work.mode[j]):
             add_contact_maxima(work, j, in_window, duration)
         else:

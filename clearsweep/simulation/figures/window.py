@@ -313,8 +313,8 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
 
     The work of a preload counts as friction of its joint and as heat; `friction` is by joint without clearance.
 
-    Counts and energies are added; of depths and of times in contact, the largest counts.  Forces are those of the
-    resultant of the contacts.
+    Counts and energies are added; of depths, the largest counts.  Forces are those of the resultant of the contacts;
+    a joint is in contact while any of them touches.
     """
     if layout.frictions:
         totals = _with_friction(totals, layout)
@@ -323,7 +323,12 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
     rows, resultants = contact_slices(layout), resultant_contacts(layout)
     pairs = zip(rows, layout.joints, strict=True)
     joints = JointTotals(np.array([_combined_totals(totals.joint[row], joint).numbers for row, joint in pairs]))
-    account = np.array([combined_account(totals.account[row], totals.joint[row]) for row in rows])
+    account = np.array(
+        [
+            combined_account(totals.account[row], totals.joint[row], contact_time)
+            for row, contact_time in zip(rows, joints.column("contact_time"), strict=True)
+        ]
+    )
     wear = totals.wear.reshape(len(totals.joint), -1)[[row.start for row in rows]].ravel()
     histogram = np.array([totals.histogram[contacts].sum(axis=0) for contacts in resultants])
     bins = np.array([totals.bins[contacts].max(axis=0) for contacts in resultants])
@@ -403,18 +408,18 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
     return combined
 
 
-def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
+def combined_account(accounts: np.ndarray, contacts: ContactTotals, contact_time: float) -> np.ndarray:
     """Return the wear account of a joint, (ACCOUNT_SIZE,), from those of its contacts, (contacts, ACCOUNT_SIZE).
 
     Maxima and the time beyond the limit are those of one contact; the mean pressure is an average over the times
-    in contact of all.  contacts : sums of the contacts.
+    in contact of all.  contacts : sums of the contacts; contact_time : that of the joint, s.
     """
     combined: np.ndarray = accounts.sum(axis=0)
     for column in (Account.index_of(name) for name, kind in Account.DECLARED.items() if kind is Largest):
         combined[column] = accounts[:, column].max()
     time = contacts.column("contact_time")[Account(accounts).column("arc_time") > 0.0]
     if time.size:
-        Account(combined).pressure_time *= time.max() / time.sum()
+        Account(combined).pressure_time *= contact_time / time.sum()
     return combined
 
 

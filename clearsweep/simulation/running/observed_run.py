@@ -102,9 +102,10 @@ PAUSE_LEAD = 0.025
 
 
 _OF_RUN = "control", "counts", "log", "slopes", "step", "contact_steps", "profiles", "recording"
-_OF_CONTACTS = "clearance", "film", "limit_depth", "has_friction", "has_histogram", "apart", "pressed", "journal_sides"
+_OF_CONTACTS = "clearance", "film", "limit_depth", "has_friction", "has_histogram", "resultant"
+_MODES = "apart", "pressed", "journal_sides"
 #: Arrays of a run or of its scene, which the motion does not change
-_NOT_OF_MOTION = {*_OF_RUN, *_OF_CONTACTS, "knots", "weight", "reset_by", "initial_internal"}
+_NOT_OF_MOTION = {*_OF_RUN, *_OF_CONTACTS, *_MODES, "knots", "weight", "reset_by", "initial_internal"}
 Snapshot = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.layout import MAX_REVOLUTIONS
+from ...contracts.layout import MAX_REVOLUTIONS, WALLS, Layout
 from ...mechanics import observe
 from ...mechanics.coupling.entries import workspace_size
 from ...mechanics.coupling.rates import observed_width
@@ -25,7 +25,15 @@ from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS
 from ...tracing.compiled.family import Entry, form_number
 from ...tracing.memory import Fields
 from ...tracing.symbols import WIDTH
-from ..figures.window import Quantile, Repetition, Spread, expected_largest, quantiles, resultant_contacts
+from ..figures.window import (
+    Quantile,
+    Repetition,
+    Spread,
+    contact_slices,
+    expected_largest,
+    quantiles,
+    resultant_contacts,
+)
 from .scene import STALL_TURNS, Scene, initial_shapes, state_units
 
 # Quantities of single revolutions: force peaks, the motion at crank angle 0, the period of the motion.
@@ -248,12 +256,24 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
             [not joint.is_rolling or k >= joint.corners for joint in joints for k in range(len(joint.contacts))],
             np.int64,
         ),
+        "resultant": _resultants(scene.layout),
         "fine_bins": _aligned((observe.FINE_ROWS + 1, observe.PARTS)).view(np.int64),
         "histogram": np.zeros((contacts, observe.BINS, 2)),
         "dry": np.zeros((contacts if has_film else 0, observe.BINS, 2)),
         "log": np.empty((loop.LOG_ROWS, 5)),
         "initial_values": numbers,
     }
+
+
+def _resultants(layout: Layout) -> np.ndarray:
+    """Return for each contact the index of the contact that is the resultant of it and others, or -1."""
+    rows = contact_slices(layout)
+    resultants = np.full(sum(row.stop - row.start for row in rows), -1)
+    for row, joint in zip(rows, layout.joints, strict=True):
+        if joint.corners and not joint.flanked:
+            parts = WALLS if joint.is_spatial else joint.corners
+            resultants[row.start : row.start + parts] = row.start + joint.corners
+    return resultants
 
 
 def _aligned(shape: tuple[int, ...]) -> np.ndarray:
