@@ -156,7 +156,7 @@ def drive_keys(outline: Outline) -> tuple[Keys, ...]:
             sections.append(Keys(f"drive.{name}", text, inner, need, role=CONDITION))
     for form, (path, text, columns) in _TABLES.items():
         if outline.drive in (form, ANY):
-            form_need = "required" if form == "speed-table" else need
+            form_need = "required" if form in ("speed-table", "servo") else need  # a servo needs its target
             sections.append(Keys(f"drive.{path}", text, tables=(columns,), need=form_need))
     return tuple(sections)
 
