@@ -19,7 +19,7 @@ from clearsweep.answers.validity import (
     wear_rate_remark,
 )
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
-from clearsweep.grid import check_memory, largest_history, load
+from clearsweep.grid import check_disk, check_memory, largest_history, load
 from clearsweep.simulation import catalogue
 from clearsweep.sweeping import sweep
 
@@ -144,8 +144,12 @@ def test_histories_that_do_not_fit_are_refused_before_the_run_with_their_size(tm
     size = 8.0 * (1e9 * 20 * len(layout.channels) + 2**17 * len(layout.sections))  # sections of the last revolutions
     assert largest_history(load(source, Fake.catalogue())) == size
     with pytest.raises(
-        clearsweep.InputError, match=f"need {size / 1e9:,.4g} GB, and twice that during the run".replace("+", r"\\+")
+        clearsweep.InputError, match=re.escape(f"need {size / 1e12:.3g} TB, and twice that during the run")
     ):
         sweep.run_sweep(source, tmp_path / "out", sweep.Options(show_progress=False), Fake)
     assert not (tmp_path / "out").exists()
     check_memory(1e6)
+    with pytest.raises(
+        clearsweep.InputError, match=r"need 12\.4 MB, and twice that during merging, but only 1 MB of disk"
+    ):
+        check_disk(1.2437e7, 1e6)

@@ -13,6 +13,7 @@ from ..contracts.case import Case, Save
 from ..contracts.catalogue import Catalogue, Field, Law
 from ..contracts.layout import MAX_REVOLUTIONS, Column, Layout
 from ..language.errors import InputError, quoted
+from ..language.wording import bytes_text
 from .cases import KeyValue, LawAssignment
 from .grid import SCHEMA_VERSION, CaseLabels, Grid, identity
 from .keys.library_names import BEARING, COUNT, pair_warnings
@@ -234,8 +235,8 @@ def check_memory(size: float) -> None:
     memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
     if HISTORY_COPIES * size > memory:
         raise InputError(
-            f"save.orbits: the time histories of one case need {size / 1e9:,.4g} GB, and twice that during the run, "
-            f"but this machine has {memory / 1e9:,.4g} GB of memory; save only the last revolutions (orbits: last), "
+            f"save.orbits: the time histories of one case need {bytes_text(size)}, and twice that during the run, "
+            f"but this machine has {bytes_text(memory)} of memory; save only the last revolutions (orbits: last), "
             "or fewer samples"
         )
 
@@ -244,7 +245,7 @@ def check_disk(size: float, free_bytes: float) -> None:
     """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free_bytes` bytes."""
     if HISTORY_COPIES * size > free_bytes:
         raise InputError(
-            f"save.orbits: the time histories of all cases need {size / 1e9:,.4g} GB, and twice that during merging, "
-            f"but only {free_bytes / 1e9:,.4g} GB of disk space is free; save fewer revolutions, samples or "
+            f"save.orbits: the time histories of all cases need {bytes_text(size)}, and twice that during merging, "
+            f"but only {bytes_text(free_bytes)} of disk space is free; save fewer revolutions, samples or "
             "channels (save.channels), or write orbits: none"
         )

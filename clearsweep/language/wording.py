@@ -244,7 +244,7 @@ def count_text(number: int, noun: str, plural: str | None = None) -> str:
 
 def bytes_text(bytes_total: float) -> str:
     """Return a number of bytes as '12 MB'."""
-    for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
+    for factor, unit in ((1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
         if bytes_total >= factor:
             return f"{bytes_total / factor:.3g} {unit}"
     return f"{bytes_total:.0f} B"
