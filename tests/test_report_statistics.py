@@ -17,7 +17,7 @@ from test_sensitivity import CLEARANCE, PEAK, SPEED, YOUNG, linear, run  # noqa:
 
 import clearsweep
 from clearsweep import report
-from clearsweep.answers.judged import partial_rank_correlation, rank_correlation
+from clearsweep.answers.judged import Estimate, partial_rank_correlation, rank_correlation
 from clearsweep.answers.words import FIELD_BY_COLUMN, Lifetime, hours_text, interval_text, spread_text
 from clearsweep.contracts.layout import Column, Layout
 from clearsweep.language.errors import InputError
@@ -25,6 +25,7 @@ from clearsweep.report import effects
 from clearsweep.report.blocks.section import painted
 from clearsweep.report.documents import two_runs
 from clearsweep.report.effects import trend_exponent
+from clearsweep.report.sections.sample import estimate_cells
 from clearsweep.report.sections.setup import PATH, differences
 from clearsweep.report.study import prepare
 from clearsweep.searches.seeking import AGREEING_NEIGHBOURS, Border, expected_probe_count, scan_indices, search
@@ -455,3 +456,11 @@ def test_a_run_with_until_counts_the_revolutions_that_were_run():
 def test_nothing_is_reported_of_lives_and_of_cranks_without_a_speed(life):
     record = {"drive": {"speed": 10.0} if life else {"torque": 3.0}, "simulate": {"revolutions": 10.0}, "units": {}}
     assert told_of(record, layout_with("run_time", life=life), {"run_time": [1.0]}) is None
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "text"),
+    [(math.nan, math.nan, "2.00"), (1.0, 3.0, "2.00 (1.00 to 3.00)"), (1.0, math.nan, "2.00 (1.00 to \N{EN DASH})")],
+)
+def test_an_estimate_without_an_interval_has_no_brackets(low, high, text):
+    assert estimate_cells(Estimate(2.0, low, high), "1")[0].text == text

@@ -446,8 +446,9 @@ def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
     """Return an estimate with its interval: one cell on the page, three in the file."""
     scale = wording.scale(unit, [end for end in estimate if np.isfinite(end)])
     low, high = scale.number_text(estimate.low), scale.number_text(estimate.high)
+    interval = f" ({low} to {high})" if np.isfinite((estimate.low, estimate.high)).any() else ""
     return [
-        Quantity(estimate.value, f"{scale.text(estimate.value)} ({low} to {high})"),
+        Quantity(estimate.value, scale.text(estimate.value) + interval),
         Quantity(estimate.low, low),
         Quantity(estimate.high, high),
     ]
