@@ -247,6 +247,7 @@ def test_margins_beyond_a_bound_are_multiples_of_it_and_never_negative():
     assert margin_text(1.0 - 31.4, (force, Limit("dry", "at_most", 0.0))) == "31 times the limit"  # 0 has no margin
     assert margin_text(-1e-4, (force,)) == "1.0001 times the limit"
     assert margin_text(0.32, (force,)) == "margin 32\u00a0%"
+    assert margin_text(337.84, (film,)) == "margin 338 times the limit"
     assert margin_text(-0.75, (film,)) == "0.25 times the limit"
     assert margin_text(-3.0, (below,)) == "beyond the limit by 3 times its size"
 

@@ -178,6 +178,9 @@ def missing(answer: Answer, words: Words) -> Iterator[str]:
             "choose in `roles`."
         )
         return
+    designs = [design for design in designs if design["verdict"] == "undecided"]  # what exceeds is decided
+    if not designs:
+        return
     groups: dict[tuple, tuple[Mapping[str, Any], str, list[Mapping[str, Any]]]] = {}
     for design in designs:
         for lack in design["missing"]:
@@ -233,8 +236,8 @@ def convergence(answer: Answer, words: Words) -> Iterator[str]:
         if size_of(entry) <= CONVERGED:
             yield f"The {which} decides; coarser ones differ in {name} by at most {difference}."
         else:
-            value = words.value(path, entry["value"])
-            yield f"The {which} decides ({name} {finest}); {value}: {coarse}, {difference} off, not converged."
+            setting = words.setting({path: entry["value"]})
+            yield f"The {which} decides ({name} {finest}); {setting}: {coarse}, {difference} off, not converged."
 
 
 def size_of(entry: Mapping[str, Any]) -> float:

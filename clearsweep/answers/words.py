@@ -147,11 +147,16 @@ def from_to(first: str, last: str) -> str:
 Rule = Callable[[Answer, Words], Iterable[str]]
 
 
+LARGE_MARGIN = 10.0  # from which a margin is a multiple of the limit, not per cent of it
+
+
 def margin_text(margin: float, limits: Sequence[Limit], name: str = "") -> str:
-    """Return a margin in words: in per cent where it is met, as a multiple of the limit where it is exceeded.
+    """Return a margin in words: in per cent where it is met, as a multiple of the limit where large or exceeded.
 
     limits : those of the column that decides; name : of the column, or ''
     """
+    if margin >= LARGE_MARGIN:
+        return f"margin {wording.number_text(margin)} times the limit"
     if margin >= 0.0:
         return f"margin {wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%"
     of_name = f" of {name}" if name else ""
