@@ -212,13 +212,15 @@ def test_free_impacts_of_all_laws_are_as_published(name, contact):
 
 
 def test_the_start_is_forgotten_unless_the_first_touch_counts():
-    def figures(onset):
-        result = [simulate(crank(onset, start)).summary for start in ("centred", "seated")]
+    """A percentile of the irregular motion that does not forget varies with the tolerance, by a third."""
+
+    def figures(onset, tolerance=1e-8):
+        result = [simulate(crank(onset, start, tolerance=tolerance)).summary for start in ("centred", "seated")]
         return np.array([[each[f"rod_slider_{name}"] for name in ("force_rms", "force_p99")] for each in result])
 
     centred, seated = figures("renewed")
     assert seated == pytest.approx(centred, rel=1e-3)
-    centred, seated = figures("first")
+    centred, seated = np.mean([figures("first", tolerance) for tolerance in (5e-9, 1e-8, 2e-8)], axis=0)
     assert seated[1] > 1.5 * centred[1]
 
 

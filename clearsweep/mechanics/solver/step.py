@@ -16,6 +16,8 @@ MAX_SWEEPS = 16
 SWEEP_TOLERANCE = 0.1  # of the allowed error: expected distance at which the iteration ends
 #: Least contraction assumed of further sweeps; the first sweeps reduce large distances and say little about the rest.
 MIN_CONTRACTION = 0.05
+#: Factor on the contraction of an earlier iteration, whose step was shorter.
+LENGTHENING = 2.0
 #: Of a step that ends at an event: distances between which it is repeated with another length, and up to which its end
 #: is corrected.
 CLOSE_TO_EVENT, FAR_FROM_EVENT, NEXT_TO_EVENT = 1e-6, 0.1, 1e-3
@@ -101,7 +103,7 @@ def solve_stages(pointer):
     step, last_change, last_contraction = pointer[0].step, sweep(pointer), 0.0
     if not last_change < math.inf:
         return False
-    rate = max(step.contraction, MIN_CONTRACTION)
+    rate = LENGTHENING * max(step.contraction, MIN_CONTRACTION)
     if pointer[0].implicit.history.length > 0.0 and last_change * rate <= SWEEP_TOLERANCE * (1.0 - rate):
         step.sweeps = 1.0
         return True
