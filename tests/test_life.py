@@ -1,6 +1,7 @@
 """A case wears until its limit, block by block, records how it went on, and goes on where it was killed."""
 
 import copy
+import json
 import math
 
 import fake_physics
@@ -21,6 +22,7 @@ from clearsweep.simulation.running.observed_run import restore, snapshot_of
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import control_of, start_of
 from clearsweep.sweeping import estimate
+from clearsweep.sweeping.summary import of_run, plain, run_text
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 WORN = {
@@ -409,3 +411,21 @@ def test_jumps_come_to_what_two_hundred_revolutions_of_one_motion_wear_off():
         assert result.history[f"rod_slider/profile_{body}"][-1].sum() == pytest.approx(worn[place].sum(), rel=0.02)
     halved = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50, longest_jump=40)
     assert halved.summary["rod_slider_life_revolutions"] == pytest.approx(length, rel=0.02)
+
+
+@heavy
+def test_unlimited_lives_meet_their_limit_and_are_told_in_words(tmp_path):
+    source_of_both = source({"joints.rod-slider.wear.coefficient": 0.0}) | {
+        "limits": {"rod_slider_life_hours": {"at_least": "10 h"}},
+        "sweep": {"joints.rod-slider.wear.coefficient": [0.0, 2e-14]},
+        "name": "unlimited",
+    }
+    facts = of_run(clearsweep.sweep(source_of_both, tmp_path / "out", executor="serial", show_progress=False))
+    run = clearsweep.open(tmp_path / "out")
+    json.dumps(facts, allow_nan=False)
+    text = plain(run_text(facts))
+    assert "  unlimited" in text
+    assert "1 case has no wear, so the life there is unlimited." in text
+    assert sorted(np.isinf(run.summary["rod_slider_life_hours"])) == [False, True]
+    assert [design["verdict"] for design in facts["answer"]["designs"]] == ["meets", "exceeds"]
+    assert "unlimited" in run.report(tmp_path / "report.html").read_text(encoding="utf-8")

@@ -212,6 +212,9 @@ def test_the_extremes_are_the_shortest_and_the_longest_life():
     facts = lives.facts()
     assert [facts[end]["hours"] for end in ("shortest", "longest")] == [20.0, 85.5]
     assert (facts["unreached"], facts["shortest"]["text"]) == (1, "20.0 h")
+    hours[0] = math.inf
+    lives.add(block, lambda place: {"case_id": f"{place}" * 16, "swept": {"drive.speed": place}})
+    assert (lives.facts()["unlimited"], lives.facts()["longest"]["hours"]) == (1, 85.5)
     assert hours_text(life(0.02)) == "85.5 h"
     assert LifeExtremes(Layout("planar", True, "", (), columns, ()), {}).facts() is None
 

@@ -220,6 +220,13 @@ class WorstCases:
         order = operator.itemgetter("severity", "case_id")
         self.entries = sorted([*self.entries, *entries], key=order, reverse=True)[:WORST_CASES]
 
+    def facts(self) -> list[dict[str, Any]]:
+        """Return the cases for JSON, which has no infinity: null is the severity of cases without the figure."""
+        return [
+            entry | {"severity": entry["severity"] if np.isfinite(entry["severity"]) else None}
+            for entry in self.entries
+        ]
+
     def _figures(self, block: Mapping[str, np.ndarray], index: int, number: int) -> dict[str, Any]:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""
         candidate = self.ranking.candidates[number]

@@ -59,7 +59,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         **dict.fromkeys((search.answer_key for search in SEARCHES if search.answer_key), None),
         "question": answer["question"],
         "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
-        "worst": run_facts.worst.entries,
+        "worst": run_facts.worst.facts(),
         "answer": answer | {"sentences": [plain(text) for text in answer["sentences"]]},
         "expected": run_facts.expected,
         **_search_facts(result, run, run_facts),
