@@ -136,9 +136,10 @@ def test_a_sample_holds_in_every_draw():
     )
 
 
-def test_an_answer_says_where_its_limit_decides():
+@pytest.mark.parametrize("roles", [{SPEED: "condition"}, {SPEED: "choice", CLEARANCE: "condition"}])
+def test_an_answer_says_where_its_limit_decides(roles):
     record = record_of({FORCE: 500.0}, {}, UNITS, seek={"largest": CLEARANCE, "for": "all"})
-    answer = {"question": "seek", "complete": True, "roles": {SPEED: "condition"}, "nearest": [], "cases": None}
+    answer = {"question": "seek", "complete": True, "roles": roles, "nearest": [], "cases": None}
     bounds = {f"seek.{CLEARANCE}": 1e-4, "seek_low": 1e-4, "seek_high": 2e-4, "limiting": FORCE}
     answer["search"] = [{SPEED: 65 * RPM, **bounds}]
     assert worded(answer, record, {FORCE: [1000.0]}) == (

@@ -232,7 +232,9 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[str]:
         yield "The search was interrupted; run the same command again to continue."
         return
     names = wording.sentence_list([words.axis_name(path) for path in paths])
-    every = every_text(answer, words) if section.get("for") == "all" else ""
+    others = {path: role for path, role in answer["roles"].items() if path not in paths}
+    others |= {path: "condition" for path, role in others.items() if role == "choice"}  # the worst of them decides
+    every = every_text({**answer, "roles": others}, words) if section.get("for") == "all" else ""
     items, borders = [], []
     for row in answer["search"]:
         point = {path: value for path, value in row.items() if path in words.path_units and value is not None}

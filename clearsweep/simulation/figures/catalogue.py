@@ -151,7 +151,9 @@ JOINT = (
         tables=shown("penetration", forces=9),
     ),
     of_joint(
-        "eccentricity_max [m]: largest distance of the journal centre from the bearing centre", value=eccentricity
+        "eccentricity_max [m]: largest distance of the journal centre from the bearing centre; of a guide or a joint "
+        "in space, clearance plus largest penetration of a corner or wall",
+        value=eccentricity,
     ),
     of_joint(
         "law_limit_fraction [1]: share of the window's time at a penetration beyond the elastic law's range",
