@@ -7,6 +7,7 @@ import math
 import re
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from clearsweep.grid.library.fits import BearingSizes, Fit, find_group, mounted
 from clearsweep.mechanics.laws.bearings import equivalent_loads, load_powers, rating_life
 from clearsweep.report.blocks.section import Picture, draw_svg
 from clearsweep.report.one_case.joints import LOAD_SECTORS, LoadedElements, draw_bearing, draw_load_distribution
+from clearsweep.simulation.figures import parts
+from clearsweep.store.datasets import largest_of
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts
 
@@ -313,3 +316,11 @@ def test_figures_are_integrals_over_the_samples_and_the_page_shows_them(tmp_path
     page = report.write(run, tmp_path / "report.html")
     for title in ("Rating life over the clearance", "Loads of the elements", "Load distribution"):
         assert f'aria-label="{title}"' in page.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("life", [parts.life_in_revolutions, parts.life_in_hours])
+def test_a_bearing_without_load_has_an_infinite_life(life):
+    joint = SimpleNamespace(rolling=DRAWN)
+    totals = SimpleNamespace(joint=[SimpleNamespace(inner_fatigue=0.0)])
+    assert life(SimpleNamespace(case=SimpleNamespace(joints=[joint]), totals=totals), 0) == math.inf
+    assert largest_of("crank_rod_life_l10r") == largest_of("crank_rod_life_l10r_revolutions") == math.inf

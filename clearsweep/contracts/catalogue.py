@@ -144,9 +144,9 @@ LARGEST = 1e60  # largest magnitude of a quantity in SI, its inverse the smalles
 NOTHING = "nothing"  # there was nothing to measure: every limit is met
 ENDLESS = "endless"  # it is infinite: `at_least` is met, `at_most` is exceeded
 
-#: Figures that are infinite where nothing wears; of all others an infinite value is missing.
+#: Figures that are infinite where nothing wears or loads; of all others an infinite value is missing.
 _LIFE_ENDS = ("life_low", "life_low_hours", "life_high", "life_low_uncertain", "life_high_uncertain")
-LIVES = ("life_revolutions", "life_hours", *_LIFE_ENDS)
+LIVES = ("life_revolutions", "life_hours", *_LIFE_ENDS, "life_l10r", "life_l10r_revolutions")
 
 
 class Field(NamedTuple):

@@ -94,14 +94,14 @@ def static_safety(window: Window, index: int) -> float | None:
     return float(rating / load) if load > 0.0 else None
 
 
-def life_in_revolutions(window: Window, index: int) -> float | None:
-    """Return the rating life of a rolling bearing (1e6 revolutions), or None if it is not loaded while it turns.
+def life_in_revolutions(window: Window, index: int) -> float:
+    """Return the rating life of a rolling bearing (1e6 revolutions), infinite if it is not loaded while it turns.
 
     Each load counts by the speed at which the rings turn relative to each other.
     """
     bearing, totals = _bearing_of(window, index), window.totals.joint[index]
     if not totals.inner_fatigue > 0.0:
-        return None
+        return math.inf
     elements_turned = bearing.elements * totals.relative_turn
     means = (
         fatigue / elements_turned * FATIGUE_FORCE**power
@@ -115,10 +115,10 @@ def mean_speed(window: Window, index: int) -> float:
     return float(window.totals.joint[index].relative_turn / (2.0 * math.pi * window.duration))
 
 
-def life_in_hours(window: Window, index: int) -> float | None:
-    """Return the rating life of a rolling bearing (h) at its mean speed, or None as `life_in_revolutions`."""
+def life_in_hours(window: Window, index: int) -> float:
+    """Return the rating life of a rolling bearing (h) at its mean speed, infinite as `life_in_revolutions`."""
     revolutions = life_in_revolutions(window, index)
-    return None if revolutions is None else 1e6 * revolutions / (3600.0 * mean_speed(window, index))
+    return revolutions if math.isinf(revolutions) else 1e6 * revolutions / (3600.0 * mean_speed(window, index))
 
 
 def _passing_frequency(name: str, text: str) -> Figure:
@@ -134,17 +134,15 @@ def _passing_frequency(name: str, text: str) -> Figure:
 of_rated = partial(of_bearing, needs=("rolling", "dynamic"))
 ROLLING = (
     of_rated(
-        "life_l10r [h]: basic reference rating life of a rolling bearing, reached by 90 % (ISO/TS 16281); null: "
+        "life_l10r [h]: basic reference rating life of a rolling bearing, reached by 90 % (ISO/TS 16281); infinite: "
         "without load",
         value=life_in_hours,
         tables=(Entry("forces", "rating life", 30, if_any=True), Entry("case", "rating life", 13)),
-        null=ENDLESS,
     ),
     of_rated(
         "life_l10r_revolutions [1]: the same life in millions of revolutions of the inner ring relative to the outer "
-        "one; null: without load",
+        "one; infinite: without load",
         value=life_in_revolutions,
-        null=ENDLESS,
     ),
     of_rated(
         "light_load_fraction [1]: share of the window's time below the least load against skidding: 0.01 of the "
