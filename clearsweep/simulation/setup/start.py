@@ -256,7 +256,7 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
             [not joint.is_rolling or k >= joint.corners for joint in joints for k in range(len(joint.contacts))],
             np.int64,
         ),
-        "resultant": _resultants(scene.layout),
+        "resultant": _resultants(scene.layout, contacts),
         "fine_bins": _aligned((observe.FINE_ROWS + 1, observe.PARTS)).view(np.int64),
         "histogram": np.zeros((contacts, observe.BINS, 2)),
         "dry": np.zeros((contacts if has_film else 0, observe.BINS, 2)),
@@ -265,11 +265,10 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
     }
 
 
-def _resultants(layout: Layout) -> np.ndarray:
-    """Return for each contact the index of the contact that is the resultant of it and others, or -1."""
-    rows = contact_slices(layout)
-    resultants = np.full(sum(row.stop - row.start for row in rows), -1)
-    for row, joint in zip(rows, layout.joints, strict=True):
+def _resultants(layout: Layout, contacts: int) -> np.ndarray:
+    """Return for each of the contacts the index of the contact that is the resultant of it and others, or -1."""
+    resultants = np.full(contacts, -1)
+    for row, joint in zip(contact_slices(layout), layout.joints, strict=True):
         if joint.corners and not joint.flanked:
             parts = WALLS if joint.is_spatial else joint.corners
             resultants[row.start : row.start + parts] = row.start + joint.corners
