@@ -141,8 +141,16 @@ ALLOWED = 0.02  # of a column
 #: Of the share of time with narrow arcs: their width is straight between the nodes of a step, which no onset is.
 OF_NARROW_ARCS = 1e-3
 OF_A_LIFE = 0.05  # of the limit of a life: some blocks have all its columns, and each takes minutes at 1e-11
-#: Of all but a life whose blocks are longer than its motion is known: at no two tolerances is it the same.
-COMPARED = [name for name in ALL_GRIDS if name != "press_joint_life.yaml"]
+#: Left out: at no two tolerances is their short motion the same, so that nothing would be compared. Blocks of lives are
+#: longer than their motion is known, and the block of the engine's guide turns by rounding alone.
+IRREGULAR = (
+    "engine.yaml",
+    "press_joint_life.yaml",
+    "press_life.yaml",
+    "spatial_four_bar.yaml",
+    "spatial_slider_crank.yaml",
+)
+COMPARED = [name for name in ALL_GRIDS if name not in IRREGULAR]
 #: Parts of the names of columns that describe the computation: its cost, its errors, its message, what its tolerance
 #: defines.
 OF_THE_COMPUTATION = (
@@ -201,12 +209,16 @@ def astray(first, second, duration):
 
 
 def columns_astray(name):
-    """Return the columns of a file that differ between two tolerances at which its motion is the same."""
-    differences = {}
-    for (slower, coarse, duration), (finer, fine, *_) in itertools.pairwise(runs_of(name)):
-        if apart(slower, finer) < SAME_MOTION:
-            differences |= astray(coarse, fine, duration)
-    return differences
+    """Return the columns of a file that differ between two tolerances at which its motion is the same.
+
+    None: at no two tolerances is the motion the same, so that no columns were compared.
+    """
+    same = [
+        astray(coarse, fine, duration)
+        for (slower, coarse, duration), (finer, fine, *_) in itertools.pairwise(runs_of(name))
+        if apart(slower, finer) < SAME_MOTION
+    ]
+    return dict(itertools.chain.from_iterable(columns.items() for columns in same)) if same else None
 
 
 @pytest.mark.slow
@@ -218,5 +230,5 @@ def test_columns_converge_where_the_motion_does(name):
 if __name__ == "__main__":
     for name in sys.argv[1:] or ALL_GRIDS:
         print(name, flush=True)
-        for key, values in sorted(columns_astray(name).items()):
+        for key, values in sorted((columns_astray(name) or {}).items()):
             print(f"  {key}: {values[0]} at a larger tolerance, {values[1]} at a smaller one", flush=True)

@@ -86,10 +86,8 @@ def test_a_stiff_contact_has_the_same_figures_by_every_method(damping, steps):
 
 
 def test_stiff_bristles_are_left_to_the_implicit_method():
-    """Not at every stiffness: where the curvature of the motion is measured just before it slips, it is too large."""
-    cases = [clamped_mass(stiffness) for stiffness in np.geomspace(1e5, 1e7, 9)]
-    auto, explicit = (sum(run(method, case)["rhs_evaluations"] for case in cases) for method in ("auto", "explicit"))
-    assert auto < 0.95 * explicit
+    auto, explicit = run("auto", clamped_mass(1e6)), run("explicit", clamped_mass(1e6))
+    assert auto["rhs_evaluations"] < 0.9 * explicit["rhs_evaluations"]
 
 
 def test_stiffness_costs_little_where_the_tolerance_limits_the_steps():
@@ -320,7 +318,7 @@ def test_more_unknowns_than_lanes_are_left_to_plain_sweeps():
 def slow_after(preconditioned, is_solved, contraction=0.0, rejections=0.0):
     """Return whether the next iteration may be preconditioned after this one."""
     work = SimpleNamespace(
-        step=SimpleNamespace(preconditioned=preconditioned, contraction=contraction, sweeps=5.0),
+        step=SimpleNamespace(preconditioned=preconditioned, contraction=contraction),
         stepper=SimpleNamespace(slow=preconditioned, rejections=rejections),
     )
     step.note_contraction((work,), is_solved)

@@ -16,8 +16,6 @@ MAX_SWEEPS = 16
 SWEEP_TOLERANCE = 0.1  # of the allowed error: expected distance at which the iteration ends
 #: Least contraction assumed of further sweeps; the first sweeps reduce large distances and say little about the rest.
 MIN_CONTRACTION = 0.05
-#: Factor on the contraction of an earlier iteration, whose step was shorter.
-LENGTHENING = 2.0
 #: Of a step that ends at an event: distances between which it is repeated with another length, and up to which its end
 #: is corrected.
 CLOSE_TO_EVENT, FAR_FROM_EVENT, NEXT_TO_EVENT = 1e-6, 0.1, 1e-3
@@ -98,15 +96,10 @@ def solve_stages(pointer):
     """Update the stages until they fulfil their equations; return whether they do.
 
     The iteration has converged when the remaining distance, estimated from the contraction, is at most SWEEP_TOLERANCE.
-    If the guess comes from an interpolant, one sweep may do; the contraction is then that of an earlier iteration.
     """
     step, last_change, last_contraction = pointer[0].step, sweep(pointer), 0.0
     if not last_change < math.inf:
         return False
-    rate = LENGTHENING * max(step.contraction, MIN_CONTRACTION)
-    if pointer[0].implicit.history.length > 0.0 and last_change * rate <= SWEEP_TOLERANCE * (1.0 - rate):
-        step.sweeps = 1.0
-        return True
     for count in range(1, MAX_SWEEPS):
         largest_change = sweep(pointer)
         if not largest_change < math.inf:
@@ -150,8 +143,7 @@ def note_contraction(pointer, is_solved):
     """
     step, stepper = pointer[0].step, pointer[0].stepper
     if step.preconditioned == 0.0:
-        is_fast = step.sweeps == 1.0 or step.contraction < preconditioner.SLOW_CONTRACTION
-        stepper.slow = 0.0 if is_solved and is_fast else 1.0
+        stepper.slow = 0.0 if is_solved and step.contraction < preconditioner.SLOW_CONTRACTION else 1.0
     elif not is_solved and stepper.rejections > 0.0:
         stepper.slow = 0.0
 

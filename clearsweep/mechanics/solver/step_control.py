@@ -194,7 +194,7 @@ def is_unprofitable(pointer, saved, cost):
 # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 SAFETY = 0.8
 MIN_SHRINK = 0.2
-MAX_GROWTH = 2.25
+MAX_GROWTH = 1.5
 MAX_REJECTIONS = 60  # rejections in a row, after which a shorter step would not help
 #: Rejections in a row from which the length is far off, such as that of the first step next to a slow shaft: its error
 #: says nothing about the right length.
@@ -321,11 +321,9 @@ def assess_step(work):
     length_ratio = min(stepper.growth, growth_factor(error, stepper.expected_error))
     stepper.expected_error = error * twelfth_power(length_ratio)
     if work.method.current != IMPLICIT and (step.contraction > STIFF_CONTRACTION or step.preconditioned != 0.0):
-        step.stiff = 1.0
-        if step.sweeps > 1.0:  # one sweep says nothing about the contraction
-            best_contraction = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
-            contraction = max(step.contraction, STIFF_CONTRACTION)
-            length_ratio = min(length_ratio, math.sqrt(best_contraction / contraction))
+        best_contraction = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
+        contraction = max(step.contraction, STIFF_CONTRACTION)
+        step.stiff, length_ratio = 1.0, min(length_ratio, math.sqrt(best_contraction / contraction))
     step.proposal, stepper.rejections = h * length_ratio, 0.0
 
 
