@@ -211,6 +211,28 @@ def test_histories_that_batches_share_are_opened_once(tmp_path, monkeypatch):
     assert len(opened) == 2
 
 
+@pytest.mark.parametrize("stage", ["read", "checksum"])
+def test_batches_that_a_merge_replaces_meanwhile_are_listed_again(tmp_path, monkeypatch, stage):
+    held_grid = loaded(grid(12))
+    schema, run = store.ResultSchema.of(held_grid), store.RunDirectory(tmp_path / "run")
+    filled(run.path, held_grid, [range(7), range(7, 12)])
+    original, listed = getattr(durable, stage), []
+
+    def after_the_end_of_a_merge(path):
+        if not listed:
+            listed.append(path)
+            with run.open_for(held_grid):
+                run.load_intact_batches()
+                store.keep_histories_once(run, schema, run.rows(), durable.checksum(run.path / "orbits.h5"))
+        return original(path)
+
+    reader = store.RunDirectory(run.path, schema)
+    monkeypatch.setattr(durable, stage, after_the_end_of_a_merge)
+    assert not reader.load_batches(contents=True)
+    assert [batch.name for batch in reader.batches] == sorted(batch.name for batch in run.batches)
+    assert not listed[0].exists()
+
+
 def test_without_orbits_there_are_no_histories_but_wear_stays(tmp_path):
     held_grid = loaded(grid(2, orbits="none", wear=True))
     run = filled(tmp_path / "run", held_grid, [[0, 1]])

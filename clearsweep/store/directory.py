@@ -275,12 +275,16 @@ class RunDirectory:
         """Load every committed batch with valid checksums and content; return the others' summaries with the reason.
 
         Without `histories` their files are not read; with `contents` these are opened and checked, too, which a merge
-        does in any case.
+        does in any case.  Files that are gone since they were listed were replaced by a merge at work: all are listed
+        again.
         """
         self.batches, self.others, self.misshapen, damage = [], [], set(), {}
         checksum, checked = functools.cache(durable.checksum), Checked()  # batches may share histories
         for path in batch_files_in(self.summaries):
-            content = durable.read(path)
+            try:
+                content = durable.read(path)
+            except FileNotFoundError:
+                return self.load_batches(histories=histories, contents=contents)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != hash_in_name(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
                 continue
@@ -296,6 +300,8 @@ class RunDirectory:
                 damage[path] = problem
             else:
                 self.batches.append(batch)
+        if not all(path.exists() for path in damage):
+            return self.load_batches(histories=histories, contents=contents)
         return damage
 
     def _describe_damage(
