@@ -375,7 +375,8 @@ def test_short_cases_leave_no_progress_in_files(tmp_path, monkeypatch):
     monkeypatch.setattr(
         store.Working, "replace_progress", lambda self, content: puts.append(content) if content else None
     )
-    assert sweep(grid(200), tmp_path / "run", executor="serial", show_progress=False).ok == 200
+    # progress is written after a second: on a busy machine that is not much for more cases
+    assert sweep(grid(30), tmp_path / "run", executor="serial", show_progress=False).ok == 30
     assert not puts
 
 
